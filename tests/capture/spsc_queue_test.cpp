@@ -29,7 +29,9 @@ TEST(SpscQueue, KeepsOrderBetweenTwoThreads) {
   });
   int expected = 0, value = 0;
   while (expected < kCount) {
-    if (queue.try_pop(value)) ASSERT_EQ(value, expected++);
+    if (!queue.try_pop(value)) continue;
+    ASSERT_EQ(value, expected);
+    ++expected;
   }
   EXPECT_EQ(queue.pushed(), queue.popped());
 }
