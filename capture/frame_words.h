@@ -1,0 +1,17 @@
+// The words and letters by which messages and tables name the states of frames.
+#pragma once
+
+#include <string_view>
+
+#include "capture/frames.h"
+
+namespace risorius {
+
+std::string_view word_of(SolverStatus status) noexcept;
+std::string_view word_of(RejectReason reason) noexcept;
+/// '.' measured, 'f' filled, 'r' rejected and not filled, 'o' missing.
+char letter_of(MarkerState state) noexcept;
+/// 'o' observed, 'h' held, '-' not observed.
+char letter_of(AuState state) noexcept;
+
+}  // namespace risorius

@@ -1,0 +1,49 @@
+// A bounded queue between two threads of the daemon, with the bell of its consumer and a reserve for control items.
+#pragma once
+
+#include <cstddef>
+
+#include "capture/spsc_queue.h"
+#include "daemon/doorbell.h"
+
+namespace risorius {
+
+template <class T>
+class Channel {
+ public:
+  /// Overflow policy: a frame that finds less than the reserve free is refused and counted (the newest goes, so that what
+  /// is in the queue stays in order); control items (sets, ends of takes) may use the reserve, so frames never push them out.
+  explicit Channel(std::size_t capacity) : queue_(capacity + kReserve) {}
+
+  /// Producer.
+  bool send_frame(const T& item) noexcept {
+    if (queue_.size() + kReserve >= queue_.capacity()) {
+      refused_frames_.add();
+      return false;
+    }
+    return send_control(item);
+  }
+  bool send_control(const T& item) noexcept {
+    if (!queue_.try_push(item)) return false;
+    bell_.ring();
+    return true;
+  }
+  void ring() noexcept { bell_.ring(); }
+
+  /// Consumer.
+  void wait() noexcept { bell_.wait(); }
+  const T* front() noexcept { return queue_.front(); }
+  void release() noexcept { queue_.release(); }
+
+  std::uint64_t refused_frames() const noexcept { return refused_frames_.value(); }
+  std::uint64_t refused_control() const noexcept { return queue_.refused(); }
+  const SpscQueue<T>& queue() const noexcept { return queue_; }
+
+ private:
+  static constexpr std::size_t kReserve = 64;
+  SpscQueue<T> queue_;
+  Doorbell bell_;
+  Counter refused_frames_;
+};
+
+}  // namespace risorius

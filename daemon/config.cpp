@@ -1,0 +1,157 @@
+#include "daemon/config.h"
+
+#include <fstream>
+#include <set>
+#include <sstream>
+
+#include "capture/errors.h"
+#include "capture/marker_set.h"
+
+namespace risorius {
+namespace {
+
+constexpr double kGigabyte = 1 << 30;
+constexpr std::size_t kMostSources = 64;
+
+// Each key once: name, range, meaning. V is TomlReader or TomlPrinter.
+
+template <class V, class C>
+void visit_output(V& v, C& c) {
+  v.text("publish", c.publish, "ZeroMQ PUB address for markers, au, continuation, status");
+  v.text("control", c.control, "ZeroMQ address for control messages");
+  v.number("high_water_mark", c.high_water_mark, 1, 1e6, "messages kept for a slow subscriber before it loses some");
+  v.number("status_interval_s", c.status_interval_s, 0.1, 3600, "seconds between status messages");
+}
+
+template <class V, class C>
+void visit_record(V& v, C& c) {
+  v.text("folder", c.folder, "dataset folder to make and record into; \"\" = do not record");
+  v.text("pseudonym", c.pseudonym, "of the recorded person, kept with the data");
+  v.text("consent", c.consent, "reference to the person's consent, kept with the data");
+  v.text("licence", c.licence, "of the dataset, kept with the data");
+}
+
+template <class V, class C>
+void visit_queues(V& v, C& c) {
+  v.number("admission", c.admission, 16, 65536, "frames from the sources to the pipeline; full: the newest is dropped, counted");
+  v.number("publish", c.publish, 16, 65536, "frames to the publisher; full: not published, counted");
+  v.number("record", c.record, 16, 65536, "frames to the recorder; full: not recorded, counted");
+}
+
+template <class V, class C>
+void visit_source(V& v, C& c) {
+  v.text("name", c.name, "name of the stream, in messages and folders");
+  v.text("listen", c.listen, "udp://ADDRESS:PORT or zmq+tcp://ADDRESS:PORT");
+  v.text("zmq_pattern", c.zmq_pattern, "for zmq+tcp: \"pull\" (senders PUSH, flow control) or \"sub\" (senders PUB)");
+  v.text("rig", c.rig, "\"builtin\" or the path of a rig file");
+  v.text("units", c.units, "\"\" = as the sender states; else mm, cm, m");
+  v.text("axes", c.axes, "\"\" = as the sender states; else three of L R U D F B");
+  v.number("receive_buffer_bytes", c.receive_buffer_bytes, 4096, kGigabyte, "socket buffer asked of the kernel (UDP)");
+}
+
+void check_source(const SourceConfig& source, const std::string& place, ConfigProblems& problems) {
+  const bool name_is_plain = !source.name.empty() && source.name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_") == std::string::npos;
+  if (!name_is_plain) problems.add(place + ".name", "\"" + source.name + "\" cannot name a folder", "use letters, digits, - and _");
+  if (!source.listen.starts_with("udp://") && !source.listen.starts_with("zmq+tcp://")) {
+    problems.add(place + ".listen", "\"" + source.listen + "\" is not an address that can be listened on", "give udp://ADDRESS:PORT or zmq+tcp://ADDRESS:PORT");
+  }
+  if (source.zmq_pattern != "pull" && source.zmq_pattern != "sub") {
+    problems.add(place + ".zmq_pattern", "\"" + source.zmq_pattern + "\" is neither \"pull\" nor \"sub\"", "give one of them");
+  }
+  if (!source.units.empty() && !parse_unit(source.units)) {
+    problems.add(place + ".units", "\"" + source.units + "\" is not a known unit", "give mm, cm, m or \"\"");
+  }
+  if (!source.axes.empty() && !Axes::parse(source.axes)) {
+    problems.add(place + ".axes", "\"" + source.axes + "\" does not name three different directions",
+                 "give one of L R, one of U D and one of F B in the order of x y z, such as \"LUF\", or \"\"");
+  }
+}
+
+void read_sources(TomlReader& root, const StageConfig& defaults, ConfigProblems& problems, Config& config) {
+  const toml::node* node = root.find("source");
+  if (node == nullptr) {
+    config.sources = {SourceConfig{.stages = defaults}};
+    return;
+  }
+  const toml::array* tables = node->as_array();
+  if (tables == nullptr || !tables->is_homogeneous(toml::node_type::table)) {
+    problems.add("source", "is not a list of tables", "write [[source]], once for each stream");
+    return;
+  }
+  if (tables->size() > kMostSources) problems.add("source", fmt::format("{} sources", tables->size()), fmt::format("at most {}", kMostSources));
+  for (std::size_t i = 0; i < tables->size(); ++i) {
+    SourceConfig source{.stages = defaults};
+    const std::string place = fmt::format("source[{}]", i);
+    TomlReader reader(*(*tables)[i].as_table(), place, problems);
+    visit_source(reader, source);
+    read_stage_tables(reader, source.stages);
+    reader.refuse_unknown();
+    check_source(source, place, problems);
+    config.sources.push_back(std::move(source));
+  }
+}
+
+void refuse_shared_names_and_ports(const Config& config, ConfigProblems& problems) {
+  std::set<std::string> names, addresses;
+  for (const auto& source : config.sources) {
+    if (!names.insert(source.name).second) problems.add("source.name", "two sources are called \"" + source.name + "\"", "give each its own name");
+    const bool any_port = source.listen.ends_with(":0");
+    if (!any_port && !addresses.insert(source.listen).second) {
+      problems.add("source.listen", "two sources listen on " + source.listen, "give each its own port");
+    }
+  }
+}
+
+}  // namespace
+
+Config default_config() { return Config{.sources = {SourceConfig{}}}; }
+
+Config parse_config(std::string_view text, const std::string& place) {
+  toml::table table;
+  try {
+    table = toml::parse(text);
+  } catch (const toml::parse_error& error) {
+    throw UserError(fmt::format("{}:{}", place, error.source().begin.line), std::string(error.description()), "see the TOML rules");
+  }
+  Config config;
+  ConfigProblems problems;
+  TomlReader root(table, "", problems);
+  root.table("output", [&](auto& v) { visit_output(v, config.output); });
+  root.table("record", [&](auto& v) { visit_record(v, config.record); });
+  root.table("queues", [&](auto& v) { visit_queues(v, config.queues); });
+  StageConfig defaults;
+  read_stage_tables(root, defaults);
+  read_sources(root, defaults, problems, config);
+  root.refuse_unknown();
+  refuse_shared_names_and_ports(config, problems);
+  if (!problems.lines().empty()) {
+    std::string message = fmt::format("{}: {} problem{}", place, problems.lines().size(), problems.lines().size() == 1 ? "" : "s");
+    for (const auto& line : problems.lines()) message += "\n  " + line;
+    throw UserError(message);
+  }
+  return config;
+}
+
+Config load_config(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  if (!file) throw UserError(path.string(), "cannot be read", "give the path of a TOML file, or none for the defaults");
+  std::ostringstream text;
+  text << file.rdbuf();
+  return parse_config(text.str(), path.string());
+}
+
+std::string print_config(const Config& config) {
+  TomlPrinter printer;
+  printer.table("output", [&](auto& v) { visit_output(v, config.output); });
+  printer.table("record", [&](auto& v) { visit_record(v, config.record); });
+  printer.table("queues", [&](auto& v) { visit_queues(v, config.queues); });
+  for (const auto& source : config.sources) {
+    TomlPrinter stream("source");
+    visit_source(stream, source);
+    print_stage_tables(stream, source.stages);
+    printer.raw("\n[[source]]\n" + stream.printed());
+  }
+  return printer.printed();
+}
+
+}  // namespace risorius

@@ -1,0 +1,59 @@
+// What the service is told: a TOML file in which every key has a default, or no file at all. daemon/README.md lists the
+// keys; `risoriusd --print-config` prints the effective ones with their meaning.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "replay/stage_config.h"
+
+namespace risorius {
+
+/// One [[source]] table: a stream with its own rig, sets and state.
+struct SourceConfig {
+  std::string name = "face";
+  std::string listen = "udp://127.0.0.1:7000";
+  std::string rig = "builtin";
+  std::string units;  ///< "" = as the sender states
+  std::string axes;   ///< "" = as the sender states
+  std::string zmq_pattern = "pull";
+  std::int64_t receive_buffer_bytes = 8 << 20;
+  StageConfig stages;
+};
+
+struct OutputConfig {
+  std::string publish = "tcp://127.0.0.1:7001";
+  std::string control = "tcp://127.0.0.1:7002";
+  std::int64_t high_water_mark = 1000;
+  double status_interval_s = 1;
+};
+
+struct RecordConfig {
+  std::string folder;
+  std::string pseudonym, consent, licence;
+};
+
+struct QueueConfig {
+  std::int64_t admission = 1024, publish = 1024, record = 4096;
+};
+
+struct Config {
+  OutputConfig output;
+  RecordConfig record;
+  QueueConfig queues;
+  std::vector<SourceConfig> sources;  ///< at least one
+};
+
+/// One source with all defaults.
+Config default_config();
+
+/// Throws UserError that lists all problems together: unknown keys, wrong types, values out of range, each with what to do.
+Config load_config(const std::filesystem::path& path);
+Config parse_config(std::string_view toml, const std::string& place);
+
+/// TOML that parse_config reads back to the same configuration, every key with its meaning.
+std::string print_config(const Config& config);
+
+}  // namespace risorius

@@ -1,0 +1,44 @@
+// Answers control messages on a ZeroMQ REP socket, on the I/O thread. A message is a MessagePack (or JSON) map with
+// "command"; the answer is a MessagePack map with "ok" and, if it is false, "error". daemon/README.md lists the commands.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
+#include <nlohmann/json_fwd.hpp>
+#include <zmq.hpp>
+
+#include "capture/counters.h"
+
+namespace risorius {
+
+class ControlServer {
+ public:
+  /// What a command does: the answer's map, or an exception whose text becomes the error.
+  using Handler = std::function<nlohmann::json(const nlohmann::json& request)>;
+
+  /// Throws UserError if the endpoint cannot be bound.
+  ControlServer(boost::asio::io_context& io, zmq::context_t& context, const std::string& endpoint, Handler handler);
+
+  ~ControlServer();
+  ControlServer(const ControlServer&) = delete;
+  ControlServer& operator=(const ControlServer&) = delete;
+
+  const std::string& endpoint() const noexcept { return endpoint_; }
+  std::uint64_t refused() const noexcept { return refused_.value(); }
+
+ private:
+  void wait();
+  void serve();
+
+  zmq::socket_t socket_;
+  Handler handler_;
+  std::string endpoint_;
+  Counter refused_;
+  boost::asio::posix::stream_descriptor readable_;  // ZMQ_FD; ZeroMQ owns it
+};
+
+}  // namespace risorius

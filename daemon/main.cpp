@@ -1,0 +1,45 @@
+// risoriusd: the live service.
+#include <cstdio>
+#include <exception>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "capture/version.h"
+#include "daemon/config.h"
+#include "daemon/service.h"
+#include "daemon/status.h"
+
+int main(int argc, char** argv) {
+  CLI::App app("Risorius: live facial motion capture to FACS action units. Without a file: one UDP source, the built-in rig.");
+  app.set_version_flag("--version", fmt::format("risoriusd {} ({})", risorius::kVersion, risorius::kInstructionSet));
+  std::string path;
+  bool print = false;
+  app.add_option("--config", path, "TOML file; every key has a default");
+  app.add_flag("--print-config", print, "print the effective configuration with the meaning of every key, and end");
+  CLI11_PARSE(app, argc, argv);
+  try {
+    const risorius::Config config = path.empty() ? risorius::default_config() : risorius::load_config(path);
+    if (print) {
+      fmt::print("{}", risorius::print_config(config));
+      return 0;
+    }
+    risorius::Service service(config);
+    for (std::size_t i = 0; i < config.sources.size(); ++i) {
+      fmt::print("{}: listening on {}, rig {}\n", config.sources[i].name, service.input_endpoint(i), config.sources[i].rig);
+    }
+    fmt::print("publishing on {}, control on {}\n", service.publish_endpoint(), service.control_endpoint());
+    std::fflush(stdout);
+    service.run();
+    fmt::print("{}", risorius::summary_of(service.status()));
+    if (const auto problem = service.recording_problem(); !problem.empty()) {
+      fmt::print(stderr, "risoriusd: recording: {}\n", problem);
+      return 1;
+    }
+    return 0;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "risoriusd: {}\n", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,32 @@
+// What travels in the daemon's two kinds of queue. All trivially copyable, so a queue is one block of memory.
+#pragma once
+
+#include <cstdint>
+
+#include "capture/frames.h"
+#include "capture/marker_set.h"
+#include "replay/frame_pipeline.h"
+
+namespace risorius {
+
+/// The one admission point: what the I/O thread hands to the pipeline thread. The order of this queue is the order in which
+/// everything downstream happens; losses happen before it or at it, never after.
+struct AdmittedItem {
+  enum class Kind : std::uint8_t { kFrame, kMarkerSet, kEndOfStream, kNeutralCapture };
+  Kind kind = Kind::kFrame;
+  std::uint32_t stream_id = 0;
+  const MarkerSet* marker_set = nullptr;  ///< kMarkerSet: lives as long as the service
+  std::int64_t duration_ns = 0;           ///< kNeutralCapture
+  MarkerFrame frame;                      ///< kFrame
+};
+
+/// What the pipeline thread hands to the publisher and to the recorder, in the order of admission.
+struct OutputItem {
+  enum class Kind : std::uint8_t { kSolved, kMarkerSet, kEndOfStream, kNeutral };
+  Kind kind = Kind::kSolved;
+  std::uint32_t stream_id = 0;
+  const MarkerSet* marker_set = nullptr;
+  SolvedFrame solved;
+};
+
+}  // namespace risorius

@@ -1,0 +1,92 @@
+#include "daemon/pipeline_thread.h"
+
+namespace risorius {
+
+PipelineThread::PipelineThread(Channel<AdmittedItem>& admitted, std::deque<PipelineStream>& streams, const Outputs& outputs,
+                               AllocationProbe allocation_probe)
+    : admitted_(admitted), streams_(streams), outputs_(outputs), allocation_probe_(allocation_probe), thread_([this] { run(); }) {}
+
+PipelineThread::~PipelineThread() { stop(); }
+
+void PipelineThread::stop() {
+  stopping_ = true;
+  admitted_.ring();
+  if (thread_.joinable()) thread_.join();
+}
+
+void PipelineThread::run() noexcept {
+  while (true) {
+    // Read before the queue is emptied: whatever was admitted before the stop is still worked off.
+    const bool last_round = stopping_;
+    while (const AdmittedItem* item = admitted_.front()) {
+      work_on(*item);
+      admitted_.release();
+    }
+    if (last_round) return;
+    admitted_.wait();
+  }
+}
+
+void PipelineThread::work_on(const AdmittedItem& item) {
+  PipelineStream& stream = streams_[item.stream_id];
+  switch (item.kind) {
+    case AdmittedItem::Kind::kFrame: {
+      const std::uint64_t before = allocation_probe_ ? allocation_probe_() : 0;
+      work_on_frame(stream, item);
+      if (allocation_probe_) allocations_in_frames_.add(allocation_probe_() - before);
+      break;
+    }
+    case AdmittedItem::Kind::kMarkerSet:
+      stream.stages.flush();
+      hand_on_solved(stream, item.stream_id);
+      stream.stages.use_marker_set(*item.marker_set);
+      stream.note_rig_problem();
+      hand_on_control(OutputItem::Kind::kMarkerSet, item.stream_id, item.marker_set);
+      break;
+    case AdmittedItem::Kind::kEndOfStream:
+      stream.stages.flush();
+      hand_on_solved(stream, item.stream_id);
+      stream.stages.reset();
+      hand_on_control(OutputItem::Kind::kEndOfStream, item.stream_id, nullptr);
+      break;
+    case AdmittedItem::Kind::kNeutralCapture:
+      stream.stages.begin_neutral_capture(item.duration_ns);
+      break;
+  }
+}
+
+void PipelineThread::work_on_frame(PipelineStream& stream, const AdmittedItem& item) noexcept {
+  while (!stream.stages.push(item.frame)) hand_on_solved(stream, item.stream_id);
+  hand_on_solved(stream, item.stream_id);
+}
+
+void PipelineThread::hand_on_solved(PipelineStream& stream, std::uint32_t stream_id) noexcept {
+  out_.kind = OutputItem::Kind::kSolved;
+  out_.stream_id = stream_id;
+  while (stream.stages.pop(out_.solved)) {
+    stream.solved.add();
+    outputs_.publish.send_frame(out_);
+    if (outputs_.record != nullptr) outputs_.record->send_frame(out_);
+    if (stream.stages.neutral_capture().completed != stream.neutral_captures.value()) {
+      stream.note_rig();
+      stream.neutral_captures.set(stream.stages.neutral_capture().completed);
+      hand_on_control(OutputItem::Kind::kNeutral, stream_id, nullptr);
+      out_.kind = OutputItem::Kind::kSolved;
+    }
+    // After the frame is on its way: a prediction never delays a measurement.
+    if (stream.stages.continue_from(out_.solved.aus, continuation_)) {
+      stream.continuations.add();
+      if (outputs_.continuations.send_frame(continuation_)) outputs_.publish.ring();
+    }
+  }
+}
+
+void PipelineThread::hand_on_control(OutputItem::Kind kind, std::uint32_t stream_id, const MarkerSet* marker_set) noexcept {
+  out_.kind = kind;
+  out_.stream_id = stream_id;
+  out_.marker_set = marker_set;
+  outputs_.publish.send_control(out_);
+  if (outputs_.record != nullptr) outputs_.record->send_control(out_);
+}
+
+}  // namespace risorius

@@ -1,0 +1,92 @@
+// The one thread that repairs and solves. It takes admitted items in their order, runs each stream's stages, hands every
+// solved frame to publisher and recorder, and only then asks for the continuation. It sleeps when there is nothing to do.
+// After warm-up it allocates nothing per frame.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <deque>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "daemon/channel.h"
+#include "daemon/pipeline_items.h"
+#include "replay/frame_pipeline.h"
+
+namespace risorius {
+
+/// One stream's stages and what the status says of them. Counters are written by the pipeline thread alone.
+struct PipelineStream {
+  PipelineStream(const PipelineOptions& options, Rig rig) : stages(options, std::move(rig)) { note_rig(); }
+  FramePipeline stages;
+  /// Why the rig does not fit the current marker set; empty if it does. For the status, from any thread.
+  std::string rig_problem() const {
+    const std::scoped_lock lock(mutex_);
+    return rig_problem_;
+  }
+  void note_rig_problem() {
+    const std::scoped_lock lock(mutex_);
+    rig_problem_ = stages.rig_problem();
+  }
+  Counter solved;            ///< frames handed on
+  Counter continuations;
+  Counter neutral_captures;  ///< completed
+
+  /// The rig with its present neutral. From any thread.
+  Rig current_rig() const {
+    const std::scoped_lock lock(mutex_);
+    return rig_;
+  }
+  void note_rig() {
+    const std::scoped_lock lock(mutex_);
+    rig_ = stages.rig();
+  }
+
+ private:
+  mutable std::mutex mutex_;  // taken when a set or a neutral begins and for a status, never per frame
+  std::string rig_problem_;
+  Rig rig_;
+};
+
+class PipelineThread {
+ public:
+  struct Outputs {
+    Channel<OutputItem>& publish;          ///< full: the frame is not published, counted by the channel
+    Channel<Continuation>& continuations;  ///< full: not published, counted by the channel
+    Channel<OutputItem>* record;           ///< null if nothing is recorded; full: not recorded, counted by the channel
+  };
+  /// Reads how many allocations the calling thread has made; null in production, set by tests.
+  using AllocationProbe = std::uint64_t (*)() noexcept;
+
+  PipelineThread(Channel<AdmittedItem>& admitted, std::deque<PipelineStream>& streams, const Outputs& outputs,
+                 AllocationProbe allocation_probe = nullptr);
+  ~PipelineThread();
+  PipelineThread(const PipelineThread&) = delete;
+  PipelineThread& operator=(const PipelineThread&) = delete;
+
+  /// Works off what is admitted, then ends the thread.
+  void stop();
+
+  /// While working on frames (not on sets and controls), if there is a probe.
+  std::uint64_t allocations_in_frames() const noexcept { return allocations_in_frames_.value(); }
+
+ private:
+  void run() noexcept;
+  void work_on(const AdmittedItem& item);
+  void work_on_frame(PipelineStream& stream, const AdmittedItem& item) noexcept;
+  void hand_on_solved(PipelineStream& stream, std::uint32_t stream_id) noexcept;
+  void hand_on_control(OutputItem::Kind kind, std::uint32_t stream_id, const MarkerSet* marker_set) noexcept;
+
+  Channel<AdmittedItem>& admitted_;
+  std::deque<PipelineStream>& streams_;
+  Outputs outputs_;
+  AllocationProbe allocation_probe_;
+  OutputItem out_;
+  Continuation continuation_;
+  Counter allocations_in_frames_;
+  std::atomic<bool> stopping_{false};
+  std::thread thread_;
+};
+
+}  // namespace risorius

@@ -1,0 +1,107 @@
+#include "daemon/publisher.h"
+
+#include <cerrno>
+
+#include "capture/monotonic_clock.h"
+#include "capture/errors.h"
+
+namespace risorius {
+
+Publisher::Publisher(zmq::context_t& context, Options options, Channel<OutputItem>& results,
+                     Channel<Continuation>& continuations)
+    : options_(std::move(options)),
+      socket_(context, zmq::socket_type::pub),
+      results_(results),
+      continuations_(continuations),
+      states_(options_.streams.size()) {
+  socket_.set(zmq::sockopt::sndhwm, options_.high_water_mark);
+  socket_.set(zmq::sockopt::linger, 500);
+  try {
+    socket_.bind(options_.endpoint);
+  } catch (const zmq::error_t& error) {
+    throw UserError("[output] publish", "cannot bind \"" + options_.endpoint + "\": " + error.what(),
+                    error.num() == EADDRINUSE ? "another program, perhaps another risoriusd, has this port: end it or choose another port"
+                                              : "give an address of this machine, such as \"tcp://127.0.0.1:7001\"");
+  }
+  endpoint_ = socket_.get(zmq::sockopt::last_endpoint);
+  thread_ = std::thread([this] { run(); });
+}
+
+Publisher::~Publisher() { stop(); }
+
+void Publisher::request_status() noexcept {
+  status_due_ = true;
+  results_.ring();
+}
+
+void Publisher::stop() {
+  stopping_ = true;
+  results_.ring();
+  if (thread_.joinable()) thread_.join();
+}
+
+void Publisher::run() noexcept {
+  while (true) {
+    const bool last_round = stopping_;
+    while (const OutputItem* item = results_.front()) {
+      publish(*item);
+      results_.release();
+    }
+    while (const Continuation* continuation = continuations_.front()) {
+      publish(*continuation);
+      continuations_.release();
+    }
+    if (status_due_.exchange(false) || last_round) send_status(last_round);
+    if (last_round) return;
+    results_.wait();
+  }
+}
+
+void Publisher::publish(const OutputItem& item) {
+  StreamState& state = states_[item.stream_id];
+  const Stream& stream = options_.streams[item.stream_id];
+  if (item.kind == OutputItem::Kind::kMarkerSet) state.marker_names = item.marker_set->names;
+  if (item.kind != OutputItem::Kind::kSolved) return;
+
+  // AUs first: they are what a live client waits for.
+  MessageContext context{.stream = stream.name, .publish_time_ns = monotonic_now_ns(), .names = {}};
+  const AuFrame& aus = item.solved.aus;
+  if (aus.count == stream.au_names.size()) {
+    context.message = state.au_messages++;
+    context.names = stream.au_names;
+    encode_aus(aus, context, buffer_);
+    send("au");
+    if (aus.header.receive_time_ns > 0) state.latency.add(monotonic_now_ns() - aus.header.receive_time_ns);
+  }
+  if (item.solved.markers.count == state.marker_names.size()) {
+    context.message = state.marker_messages++;
+    context.names = state.marker_names;
+    encode_markers(item.solved.markers, context, buffer_);
+    send("markers");
+  }
+}
+
+void Publisher::publish(const Continuation& continuation) {
+  const Stream& stream = options_.streams[continuation.header.stream_id];
+  if (continuation.au_count != stream.au_names.size()) return;
+  const MessageContext context{.stream = stream.name,
+                               .message = states_[continuation.header.stream_id].continuation_messages++,
+                               .publish_time_ns = monotonic_now_ns(),
+                               .names = stream.au_names};
+  encode_continuation(continuation, context, buffer_);
+  send("continuation");
+}
+
+void Publisher::send(std::string_view topic) {
+  // A PUB socket never blocks: for a subscriber beyond its mark the message is dropped.
+  socket_.send(zmq::buffer(topic), zmq::send_flags::sndmore);
+  socket_.send(zmq::buffer(buffer_.data(), buffer_.size()), zmq::send_flags::none);
+  published_.add();
+}
+
+void Publisher::send_status(bool last) {
+  buffer_ = options_.make_status(last);
+  send("status");
+}
+
+}  // namespace risorius

@@ -1,0 +1,78 @@
+// The thread that turns results into MessagePack and publishes them on a ZeroMQ PUB socket (topics markers, au,
+// continuation, status). Off the live path: a slow subscriber loses messages at its own high-water mark and sees it in the
+// message numbers; it never delays anybody.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include <zmq.hpp>
+
+#include "daemon/channel.h"
+#include "daemon/latency_histogram.h"
+#include "daemon/messages.h"
+#include "daemon/pipeline_items.h"
+
+namespace risorius {
+
+class Publisher {
+ public:
+  struct Stream {
+    std::string name;
+    std::vector<std::string> au_names;
+  };
+  struct Options {
+    std::string endpoint;          ///< such as "tcp://127.0.0.1:7001"; throws UserError if it cannot be bound
+    int high_water_mark = 1000;    ///< messages per subscriber
+    std::vector<Stream> streams;   ///< by stream id
+    /// Makes the MessagePack of a status message; called on the publisher thread when a status is due.
+    std::function<MessageBuffer(bool last)> make_status;
+  };
+
+  Publisher(zmq::context_t& context, Options options, Channel<OutputItem>& results, Channel<Continuation>& continuations);
+  ~Publisher();
+  Publisher(const Publisher&) = delete;
+  Publisher& operator=(const Publisher&) = delete;
+
+  /// From any thread: publish a status soon.
+  void request_status() noexcept;
+  /// Publishes what is queued and a last status, then ends the thread.
+  void stop();
+
+  /// Where clients can connect (with the port that the system chose, if asked for one).
+  const std::string& endpoint() const noexcept { return endpoint_; }
+  const LatencyHistogram& received_to_published(std::uint32_t stream_id) const noexcept { return states_[stream_id].latency; }
+  std::uint64_t published() const noexcept { return published_.value(); }
+
+ private:
+  struct StreamState {
+    std::vector<std::string> marker_names;
+    std::uint64_t marker_messages = 0, au_messages = 0, continuation_messages = 0;
+    LatencyHistogram latency;
+  };
+
+  void run() noexcept;
+  void publish(const OutputItem& item);
+  void publish(const Continuation& continuation);
+  void send(std::string_view topic);
+  void send_status(bool last);
+
+  Options options_;
+  zmq::socket_t socket_;
+  std::string endpoint_;
+  Channel<OutputItem>& results_;
+  Channel<Continuation>& continuations_;
+  std::deque<StreamState> states_;
+  MessageBuffer buffer_;
+  Counter published_;
+  std::atomic<bool> status_due_{false}, stopping_{false};
+  std::thread thread_;
+};
+
+}  // namespace risorius

@@ -1,0 +1,72 @@
+// The thread that writes what the pipeline solved into a dataset folder: one sub-folder per take, the manifest last.
+// Off the live path: if the disk is too slow the channel fills, frames are not recorded, and the loss is counted.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <deque>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "daemon/channel.h"
+#include "daemon/pipeline_items.h"
+#include "replay/take_dataset.h"
+
+namespace risorius {
+
+class Recorder {
+ public:
+  struct Stream {
+    std::string name;
+    Rig rig;
+    std::string metadata_json;  ///< into every take.json of the stream
+  };
+  struct Options {
+    std::filesystem::path folder;  ///< made here; must not exist yet
+    std::vector<Stream> streams;   ///< by stream id
+    std::string card_markdown;     ///< README.md of the dataset
+    std::function<Rig(std::uint32_t stream_id)> current_rig;  ///< asked when a live neutral was taken
+  };
+
+  Recorder(Options options, Channel<OutputItem>& results);
+  ~Recorder();
+  Recorder(const Recorder&) = delete;
+  Recorder& operator=(const Recorder&) = delete;
+
+  /// Writes what is queued, completes the takes and the manifest, and ends the thread.
+  void stop();
+
+  std::uint64_t frames_recorded() const noexcept { return frames_recorded_.value(); }
+  std::uint64_t takes_finished() const noexcept { return takes_finished_.value(); }
+  std::uint64_t frames_not_written() const noexcept { return frames_not_written_.value(); }
+  /// The first error of the disk, if there was one: recording has stopped then. From any thread.
+  std::string problem() const;
+
+ private:
+  struct StreamState {
+    const MarkerSet* markers = nullptr;
+    std::unique_ptr<TakeDataset> take;
+    int takes = 0;
+  };
+  void run() noexcept;
+  void record(const OutputItem& item);
+  void begin_take(StreamState& state, const Stream& stream);
+  void finish_take(StreamState& state);
+  void note_problem(const std::string& what) noexcept;
+
+  Options options_;
+  Channel<OutputItem>& results_;
+  std::deque<StreamState> states_;
+  Counter frames_recorded_, takes_finished_, frames_not_written_;
+  mutable std::mutex problem_mutex_;
+  std::string problem_;
+  std::atomic<bool> failed_{false}, stopping_{false};
+  std::thread thread_;
+};
+
+}  // namespace risorius

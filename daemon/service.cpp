@@ -1,0 +1,154 @@
+// The whole service on one screen. Threads, and the bounded channels between them:
+//
+//   I/O thread (run)                    pipeline thread                      publisher thread -> ZeroMQ PUB
+//   socket -> decoder -> reorder ==admitted_==> despike -> fill -> solve ==to_publish_==^
+//   control, signals, status timer                     '-> continue ==continuations_==^
+//                                                                      '==to_record_==> recorder thread -> dataset folder
+//
+// Data flows to the right only. A value never depends on how fast a thread is: frames are dropped at admission or not at all.
+#include "daemon/service.h"
+
+#include <csignal>
+
+#include <nlohmann/json.hpp>
+
+#include "capture/monotonic_clock.h"
+#include "capture/errors.h"
+#include "capture/version.h"
+#include "daemon/status.h"
+#include "replay/dataset_folder.h"
+#include "replay/rig_argument.h"
+
+namespace risorius {
+namespace {
+
+constexpr std::size_t kContinuationQueue = 256;
+constexpr double kLongestNeutralSeconds = 60;
+
+Recorder::Options recorder_options(const Config& config, const std::deque<PipelineStream>& streams) {
+  Recorder::Options options{.folder = config.record.folder};
+  const nlohmann::json metadata{{"risorius", kVersion},
+                                {"instruction_set", kInstructionSet},
+                                {"processing", "live"},
+                                {"pseudonym", config.record.pseudonym},
+                                {"consent", config.record.consent},
+                                {"session_clock", {{"monotonic_ns", monotonic_now_ns()}, {"utc_ns", utc_now_ns()}}}};
+  std::string stages, rigs;
+  for (std::size_t i = 0; i < config.sources.size(); ++i) {
+    const SourceConfig& source = config.sources[i];
+    options.streams.push_back({source.name, streams[i].current_rig(), metadata.dump()});
+    stages += "# source " + source.name + "\n" + print_stage_config(source.stages);
+    rigs += (rigs.empty() ? "" : ", ") + options.streams.back().rig.name;
+  }
+  options.card_markdown = dataset_card_markdown({.title = options.folder.filename().string(),
+                                                 .rig = rigs,
+                                                 .mode = "live",
+                                                 .pseudonym = config.record.pseudonym,
+                                                 .consent = config.record.consent,
+                                                 .licence = config.record.licence,
+                                                 .options_toml = stages});
+  options.current_rig = [&streams](std::uint32_t stream) { return streams[stream].current_rig(); };
+  return options;
+}
+
+}  // namespace
+
+Service::Service(const Config& config, PipelineThread::AllocationProbe allocation_probe)
+    : config_(config),
+      signals_(io_, SIGINT, SIGTERM),
+      status_timer_(io_),
+      admitted_(static_cast<std::size_t>(config.queues.admission)),   // full: the newest frame is dropped, counted
+      to_publish_(static_cast<std::size_t>(config.queues.publish)),   // full: the frame is not published, counted
+      continuations_(kContinuationQueue) {                            // full: the prediction is not published, counted
+  for (const auto& source : config_.sources) streams_.emplace_back(source.stages.pipeline, rig_of_argument(source.rig));
+  for (std::uint32_t i = 0; i < config_.sources.size(); ++i) inputs_.emplace_back(io_, i, config_.sources[i], admitted_);
+  control_ = std::make_unique<ControlServer>(io_, zmq_, config_.output.control, [this](const auto& request) { return answer(request); });
+
+  Publisher::Options publishing{.endpoint = config_.output.publish, .high_water_mark = static_cast<int>(config_.output.high_water_mark)};
+  for (std::size_t i = 0; i < streams_.size(); ++i) publishing.streams.push_back({config_.sources[i].name, streams_[i].stages.rig().au_names()});
+  publishing.make_status = [this](bool last) {
+    auto json = status();
+    json["last"] = last;
+    const auto bytes = nlohmann::json::to_msgpack(json);
+    return MessageBuffer(bytes.begin(), bytes.end());
+  };
+  if (!config_.record.folder.empty()) {
+    to_record_ = std::make_unique<Channel<OutputItem>>(static_cast<std::size_t>(config_.queues.record));  // full: not recorded, counted
+    recorder_ = std::make_unique<Recorder>(recorder_options(config_, streams_), *to_record_);
+  }
+  publisher_ = std::make_unique<Publisher>(zmq_, std::move(publishing), to_publish_, continuations_);
+  pipeline_ = std::make_unique<PipelineThread>(
+      admitted_, streams_, PipelineThread::Outputs{to_publish_, continuations_, to_record_.get()}, allocation_probe);
+}
+
+Service::~Service() = default;
+
+void Service::run() {
+  signals_.async_wait([this](const boost::system::error_code& error, int) {
+    if (!error) stop();
+  });
+  for (auto& input : inputs_) input.start();
+  arm_status_timer();
+  io_.run();
+
+  // From source to sink: each part works off what the one before it left.
+  for (auto& input : inputs_) input.stop();
+  pipeline_->stop();
+  if (recorder_) recorder_->stop();
+  publisher_->stop();
+}
+
+void Service::stop() { io_.stop(); }
+
+void Service::arm_status_timer() {
+  status_timer_.expires_after(std::chrono::nanoseconds(static_cast<std::int64_t>(config_.output.status_interval_s * 1e9)));
+  status_timer_.async_wait([this](const boost::system::error_code& error) {
+    if (error) return;
+    publisher_->request_status();
+    arm_status_timer();
+  });
+}
+
+nlohmann::json Service::status() const {
+  nlohmann::json json{{"version", 1}, {"risorius", kVersion}, {"instruction_set", kInstructionSet}};
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    json["streams"][inputs_[i].name()] = status_of_stream(inputs_[i], streams_[i], *publisher_, static_cast<std::uint32_t>(i));
+  }
+  json["publish"] = status_of_channel(to_publish_);
+  json["publish"]["messages"] = publisher_->published();
+  json["continuations"] = status_of_channel(continuations_);
+  json["admission"] = status_of_channel(admitted_);
+  json["control"] = {{"refused", control_->refused()}};
+  if (recorder_) json["record"] = status_of_recorder(*recorder_, *to_record_, config_.record.folder);
+  return json;
+}
+
+nlohmann::json Service::answer(const nlohmann::json& request) {
+  const auto command = request.at("command").get<std::string>();
+  if (command == "capture_neutral") return capture_neutral(request);
+  if (command == "status") return {{"ok", true}, {"status", status()}};
+  if (command == "stop") {
+    // After the answer has left.
+    boost::asio::post(io_, [this] { stop(); });
+    return {{"ok", true}};
+  }
+  throw UserError("command", "\"" + command + "\" is not known", "capture_neutral, status or stop");
+}
+
+nlohmann::json Service::capture_neutral(const nlohmann::json& request) {
+  const auto name = request.value("stream", std::string());
+  const double seconds = request.value("seconds", 1.0);
+  if (!(seconds > 0 && seconds <= kLongestNeutralSeconds)) {
+    throw UserError("seconds", nlohmann::json(seconds).dump() + " is out of range", "give more than 0 and at most 60");
+  }
+  for (auto& input : inputs_) {
+    if (input.name() != name && !(name.empty() && inputs_.size() == 1)) continue;
+    input.admit_neutral_capture(static_cast<std::int64_t>(seconds * 1e9));
+    return {{"ok", true}, {"stream", input.name()}, {"seconds", seconds}};
+  }
+  std::string names;
+  for (const auto& input : inputs_) names += (names.empty() ? "" : ", ") + input.name();
+  throw UserError("stream", name.empty() ? "must be given, there are several" : "\"" + name + "\" is not known", "streams: " + names);
+}
+
+}  // namespace risorius

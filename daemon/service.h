@@ -1,0 +1,69 @@
+// The live service: wires sources, stages, publisher and recorder. service.cpp is the one orchestrating file.
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <string>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <nlohmann/json_fwd.hpp>
+#include <zmq.hpp>
+
+#include "daemon/config.h"
+#include "daemon/control_server.h"
+#include "daemon/pipeline_thread.h"
+#include "daemon/publisher.h"
+#include "daemon/recorder.h"
+#include "daemon/stream_input.h"
+
+namespace risorius {
+
+class Service {
+ public:
+  /// Binds every address and opens the recording; throws UserError. `allocation_probe` is for tests.
+  explicit Service(const Config& config, PipelineThread::AllocationProbe allocation_probe = nullptr);
+  ~Service();
+
+  /// Runs the I/O thread's event loop in the calling thread until SIGINT, SIGTERM, a stop command or stop(); then works off
+  /// everything that was admitted and completes the recording. Once.
+  void run();
+  /// From any thread.
+  void stop();
+
+  /// All counters, as the `status` topic has them. After run() has returned they are final.
+  nlohmann::json status() const;
+
+  std::string input_endpoint(std::size_t stream) const { return inputs_[stream].endpoint(); }
+  const std::string& publish_endpoint() const { return publisher_->endpoint(); }
+  const std::string& control_endpoint() const { return control_->endpoint(); }
+  std::uint64_t allocations_in_frames() const { return pipeline_->allocations_in_frames(); }
+  /// The recorder's first problem; empty if it had none.
+  std::string recording_problem() const { return recorder_ ? recorder_->problem() : std::string(); }
+
+ private:
+  nlohmann::json answer(const nlohmann::json& request);
+  nlohmann::json capture_neutral(const nlohmann::json& request);
+  void arm_status_timer();
+
+  Config config_;
+  zmq::context_t zmq_;
+  boost::asio::io_context io_;
+  boost::asio::signal_set signals_;
+  boost::asio::steady_timer status_timer_;
+
+  Channel<AdmittedItem> admitted_;
+  Channel<OutputItem> to_publish_;
+  Channel<Continuation> continuations_;
+  std::unique_ptr<Channel<OutputItem>> to_record_;
+
+  std::deque<StreamInput> inputs_;
+  std::deque<PipelineStream> streams_;
+  std::unique_ptr<Recorder> recorder_;
+  std::unique_ptr<Publisher> publisher_;
+  std::unique_ptr<PipelineThread> pipeline_;
+  std::unique_ptr<ControlServer> control_;
+};
+
+}  // namespace risorius

@@ -1,0 +1,129 @@
+#include "daemon/status.h"
+
+#include <array>
+
+#include <fmt/format.h>
+
+#include "capture/frame_words.h"
+
+namespace risorius {
+namespace {
+
+nlohmann::json ledger_json(const StageLedger& ledger) {
+  return {{"received", ledger.received.value()},
+          {"emitted", ledger.emitted.value()},
+          {"dropped", ledger.dropped.value()},
+          {"refused", ledger.refused.value()},
+          {"held", ledger.held.value()}};
+}
+
+nlohmann::json datagrams_json(const StreamInput& input) {
+  const DecoderCounters& counters = input.decoder().counters();
+  nlohmann::json json = ledger_json(counters.datagrams);
+  json["kernel_drops"] = input.kernel_drops();
+  json["receive_buffer_bytes"] = input.granted_receive_buffer_bytes();
+  json["errors"] = nlohmann::json::object();
+  for (std::size_t i = 1; i < kDecodeErrorCount; ++i) {
+    const auto error = static_cast<DecodeError>(i);
+    if (counters.of(error) > 0) json["errors"][std::string(name_of(error))] = counters.of(error);
+  }
+  return json;
+}
+
+nlohmann::json rejected_json(const Despiker& despiker) {
+  nlohmann::json json = nlohmann::json::object();
+  for (const RejectReason reason : {RejectReason::kJump, RejectReason::kDeviation, RejectReason::kNeighbourDistance,
+                                    RejectReason::kGhost, RejectReason::kSwap, RejectReason::kNotFinite}) {
+    json[std::string(word_of(reason))] = despiker.rejected(reason).value();
+  }
+  return json;
+}
+
+std::uint64_t filled_samples(const GapFiller& filler) {
+  std::uint64_t filled = 0;
+  for (const RejectReason reason : {RejectReason::kNone, RejectReason::kJump, RejectReason::kDeviation, RejectReason::kNeighbourDistance,
+                                    RejectReason::kGhost, RejectReason::kSwap, RejectReason::kNotFinite}) {
+    filled += filler.filled(reason).value();
+  }
+  return filled;
+}
+
+}  // namespace
+
+nlohmann::json status_of_stream(const StreamInput& input, const PipelineStream& stream, const Publisher& publisher,
+                                std::uint32_t stream_id) {
+  const DecoderCounters& decoder = input.decoder().counters();
+  const ReorderWindow& reorder = input.reorder();
+  nlohmann::json json{{"endpoint", input.endpoint()}, {"rig", stream.current_rig().name}, {"rig_problem", stream.rig_problem()}};
+  json["datagrams"] = datagrams_json(input);
+  json["frames"] = {{"assembled", ledger_json(decoder.frames)},
+                    {"incomplete", decoder.incomplete_frames.value()},
+                    {"lost", reorder.lost().value()},
+                    {"sessions", decoder.sessions.value()},
+                    {"sets", decoder.sets_changed.value()}};
+  json["reorder"] = ledger_json(reorder.ledger());
+  json["reorder"]["duplicates"] = reorder.duplicates().value();
+  json["reorder"]["late"] = reorder.late().value();
+  json["reorder"]["restarts"] = reorder.restarts().value();
+  json["admission"] = ledger_json(input.admission());
+  json["admission"]["control_lost"] = input.control_lost().value();
+  json["despike"] = ledger_json(stream.stages.despiker().ledger());
+  json["despike"]["rejected"] = rejected_json(stream.stages.despiker());
+  json["fill"] = ledger_json(stream.stages.filler().ledger());
+  json["fill"]["filled_markers"] = filled_samples(stream.stages.filler());
+  json["fill"]["left_missing_markers"] = stream.stages.filler().left_missing().value();
+  json["solve"] = ledger_json(stream.stages.solver().ledger());
+  json["solved"] = stream.solved.value();
+  json["continuations"] = stream.continuations.value();
+  json["neutral_captures"] = stream.neutral_captures.value();
+  const LatencyHistogram& latency = publisher.received_to_published(stream_id);
+  json["latency_us"] = {{"p50", latency.quantile_us(0.5)}, {"p99", latency.quantile_us(0.99)}, {"max", latency.max_us()}};
+  return json;
+}
+
+nlohmann::json status_of_recorder(const Recorder& recorder, const Channel<OutputItem>& channel, const std::string& folder) {
+  nlohmann::json json = status_of_channel(channel);
+  json["folder"] = folder;
+  json["frames"] = recorder.frames_recorded();
+  json["frames_not_written"] = recorder.frames_not_written();
+  json["takes"] = recorder.takes_finished();
+  json["problem"] = recorder.problem();
+  return json;
+}
+
+std::string summary_of(const nlohmann::json& status) {
+  std::string text;
+  for (const auto& [name, s] : status.at("streams").items()) {
+    const auto& datagrams = s.at("datagrams");
+    const auto& frames = s.at("frames");
+    text += fmt::format("{}\n", name);
+    text += fmt::format("  datagrams  received {}  used {}  dropped {}  refused {}  kernel drops {}\n", datagrams.at("received").dump(),
+                        datagrams.at("emitted").dump(), datagrams.at("dropped").dump(), datagrams.at("refused").dump(),
+                        datagrams.at("kernel_drops").dump());
+    if (!datagrams.at("errors").empty()) text += fmt::format("    refused for {}\n", datagrams.at("errors").dump());
+    text += fmt::format("  frames     assembled {}  incomplete {}  lost {}  duplicates {}  late {}\n", frames.at("assembled").at("emitted").dump(),
+                        frames.at("incomplete").dump(), frames.at("lost").dump(), s.at("reorder").at("duplicates").dump(),
+                        s.at("reorder").at("late").dump());
+    text += fmt::format("  admitted   {}  dropped {}\n", s.at("admission").at("emitted").dump(), s.at("admission").at("dropped").dump());
+    std::uint64_t rejected = 0;
+    for (const auto& [reason, count] : s.at("despike").at("rejected").items()) rejected += count.get<std::uint64_t>();
+    text += fmt::format("  repaired   {} markers rejected, {} filled, {} left missing\n", rejected, s.at("fill").at("filled_markers").dump(),
+                        s.at("fill").at("left_missing_markers").dump());
+    text += fmt::format("  solved     {}  continuations {}\n", s.at("solved").dump(), s.at("continuations").dump());
+    const auto& latency = s.at("latency_us");
+    text += fmt::format("  latency    received to published: median {:.3f} ms, 99 % {:.3f} ms, longest {:.3f} ms\n",
+                        latency.at("p50").get<double>() * 1e-3, latency.at("p99").get<double>() * 1e-3, latency.at("max").get<double>() * 1e-3);
+    if (const auto problem = s.at("rig_problem").get<std::string>(); !problem.empty()) text += fmt::format("  rig        {}\n", problem);
+  }
+  text += fmt::format("published {} messages, {} frames dropped by the publisher's queue\n", status.at("publish").at("messages").dump(),
+                      status.at("publish").at("dropped").dump());
+  if (status.contains("record")) {
+    const auto& record = status.at("record");
+    text += fmt::format("recorded {} frames in {} takes to {}; {} dropped, {} not written\n", record.at("frames").dump(),
+                        record.at("takes").dump(), record.at("folder").get<std::string>(), record.at("dropped").dump(),
+                        record.at("frames_not_written").dump());
+  }
+  return text;
+}
+
+}  // namespace risorius

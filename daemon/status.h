@@ -1,0 +1,31 @@
+// The counters of every part as JSON: what the `status` topic, the control command and the summary at the end show.
+// One table says what each one is (daemon/README.md is checked against it by a test).
+#pragma once
+
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "daemon/pipeline_thread.h"
+#include "daemon/publisher.h"
+#include "daemon/recorder.h"
+#include "daemon/stream_input.h"
+
+namespace risorius {
+
+nlohmann::json status_of_stream(const StreamInput& input, const PipelineStream& stream, const Publisher& publisher,
+                                std::uint32_t stream_id);
+nlohmann::json status_of_recorder(const Recorder& recorder, const Channel<OutputItem>& channel, const std::string& folder);
+
+template <class T>
+nlohmann::json status_of_channel(const Channel<T>& channel) {
+  return {{"queued", channel.queue().size()},
+          {"high_water", channel.queue().high_water()},
+          {"dropped", channel.refused_frames()},
+          {"control_lost", channel.refused_control()}};
+}
+
+/// The same for people, at the end of a session: what came, what went where, what was lost and why.
+std::string summary_of(const nlohmann::json& status);
+
+}  // namespace risorius

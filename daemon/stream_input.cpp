@@ -1,0 +1,139 @@
+#include "daemon/stream_input.h"
+
+#include <algorithm>
+
+#include "capture/monotonic_clock.h"
+
+namespace risorius {
+namespace {
+
+DecoderOptions decoder_options(std::uint32_t stream_id, const SourceConfig& config) {
+  DecoderOptions options{.stream_id = stream_id};
+  if (!config.units.empty()) options.mm_per_unit = parse_unit(config.units);
+  if (!config.axes.empty()) options.axes = Axes::parse(config.axes);
+  return options;
+}
+
+/// ZeroMQ writes "any port" as a star.
+std::string zmq_endpoint(const SendTarget& listen) {
+  return (listen.host.find(':') == std::string::npos ? "tcp://" + listen.host : "tcp://[" + listen.host + "]") + ":" +
+         (listen.port == 0 ? "*" : std::to_string(listen.port));
+}
+
+}  // namespace
+
+StreamInput::StreamInput(boost::asio::io_context& io, std::uint32_t stream_id, const SourceConfig& config,
+                         Channel<AdmittedItem>& admitted)
+    : name_(config.name),
+      stream_id_(stream_id),
+      listen_(parse_send_target(config.listen)),
+      admitted_(admitted),
+      reorder_(config.stages.reorder),
+      tick_timer_(io),
+      tick_period_ns_(std::max<std::int64_t>(1'000'000, config.stages.reorder.timeout_ns / 4)) {
+  if (listen_.transport == Transport::kUdp) {
+    UdpSourceOptions options{.address = listen_.host, .port = listen_.port, .decoder = decoder_options(stream_id, config)};
+    options.receive_buffer_bytes = static_cast<std::size_t>(config.receive_buffer_bytes);
+    udp_ = std::make_unique<UdpSource>(io, options, [this] { on_ready(); });
+    decoder_ = &udp_->decoder();
+  } else {
+    ZmqSourceOptions options{.endpoint = zmq_endpoint(listen_), .decoder = decoder_options(stream_id, config)};
+    options.pattern = config.zmq_pattern == "sub" ? ZmqPattern::kSubscribe : ZmqPattern::kPull;
+    zmq_ = std::make_unique<ZmqSource>(io, options, [this] { on_ready(); });
+    decoder_ = &zmq_->decoder();
+  }
+}
+
+void StreamInput::start() {
+  if (udp_) udp_->start();
+  if (zmq_) zmq_->start();
+}
+
+void StreamInput::stop() {
+  if (udp_) udp_->stop();
+  if (zmq_) zmq_->stop();
+  tick_timer_.cancel();
+  decoder_->flush();
+  on_ready();
+  end_stream();
+}
+
+std::string StreamInput::endpoint() const {
+  if (zmq_) return "zmq+" + zmq_->endpoint();
+  SendTarget bound = listen_;
+  bound.port = udp_->port();
+  return to_url(bound);
+}
+
+std::uint64_t StreamInput::kernel_drops() const noexcept { return udp_ ? udp_->counters().kernel_drops.value() : 0; }
+
+std::uint64_t StreamInput::granted_receive_buffer_bytes() const noexcept { return udp_ ? udp_->granted_buffer_bytes() : 0; }
+
+void StreamInput::admit_neutral_capture(std::int64_t duration_ns) {
+  item_.duration_ns = duration_ns;
+  admit_control(AdmittedItem::Kind::kNeutralCapture, nullptr);
+}
+
+void StreamInput::on_ready() {
+  while (decoder_->pop(event_)) {
+    switch (event_.kind) {
+      case SourceEventKind::kNewSession: end_stream(); break;
+      case SourceEventKind::kMarkerSet:
+        reorder_.flush();
+        admit_ordered_frames();
+        admit_control(AdmittedItem::Kind::kMarkerSet, event_.set);
+        break;
+      case SourceEventKind::kFrame: push_in_order(event_.frame); break;
+      case SourceEventKind::kEndOfStream:
+        if (event_.end.frames_sent > 0) reorder_.end_of_stream(event_.end.last_sequence);
+        end_stream();
+        break;
+    }
+  }
+  if (reorder_.ledger().held.value() > 0) arm_tick();
+}
+
+void StreamInput::push_in_order(const MarkerFrame& frame) {
+  while (!reorder_.push(frame)) admit_ordered_frames();
+  admit_ordered_frames();
+}
+
+void StreamInput::admit_ordered_frames() {
+  item_.kind = AdmittedItem::Kind::kFrame;
+  item_.stream_id = stream_id_;
+  while (reorder_.pop(item_.frame)) {
+    stream_open_ = true;
+    admission_.received.add();
+    (admitted_.send_frame(item_) ? admission_.emitted : admission_.dropped).add();
+  }
+}
+
+void StreamInput::admit_control(AdmittedItem::Kind kind, const MarkerSet* set) {
+  item_.kind = kind;
+  item_.stream_id = stream_id_;
+  item_.marker_set = set;
+  if (!admitted_.send_control(item_)) control_lost_.add();
+}
+
+void StreamInput::end_stream() {
+  reorder_.flush();
+  admit_ordered_frames();
+  if (stream_open_) admit_control(AdmittedItem::Kind::kEndOfStream, nullptr);
+  stream_open_ = false;
+}
+
+// Only while frames wait behind a gap: an idle stream costs no wake-ups.
+void StreamInput::arm_tick() {
+  if (tick_armed_) return;
+  tick_armed_ = true;
+  tick_timer_.expires_after(std::chrono::nanoseconds(tick_period_ns_));
+  tick_timer_.async_wait([this](const boost::system::error_code& error) {
+    tick_armed_ = false;
+    if (error) return;
+    reorder_.tick(Tick{.stream_id = stream_id_, .time_ns = monotonic_now_ns()});
+    admit_ordered_frames();
+    if (reorder_.ledger().held.value() > 0) arm_tick();
+  });
+}
+
+}  // namespace risorius

@@ -1,0 +1,67 @@
+// One [[source]] on the I/O thread: socket -> decoder -> reorder window -> the admission point.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/steady_timer.hpp>
+
+#include "capture/marker_stream_decoder.h"
+#include "capture/reorder_window.h"
+#include "capture/udp_source.h"
+#include "capture/zmq_source.h"
+#include "daemon/channel.h"
+#include "daemon/config.h"
+#include "daemon/pipeline_items.h"
+#include "replay/send_target.h"
+
+namespace risorius {
+
+class StreamInput {
+ public:
+  /// Throws UserError if the address cannot be bound.
+  StreamInput(boost::asio::io_context& io, std::uint32_t stream_id, const SourceConfig& config, Channel<AdmittedItem>& admitted);
+
+  void start();
+  /// Closes the socket and admits what is left, then the end of the stream.
+  void stop();
+  void admit_neutral_capture(std::int64_t duration_ns);
+
+  const std::string& name() const noexcept { return name_; }
+  /// Where senders can send (with the port that the system chose, if asked for one).
+  std::string endpoint() const;
+  const MarkerStreamDecoder& decoder() const noexcept { return *decoder_; }
+  const ReorderWindow& reorder() const noexcept { return reorder_; }
+  const StageLedger& admission() const noexcept { return admission_; }
+  const Counter& control_lost() const noexcept { return control_lost_; }
+  std::uint64_t kernel_drops() const noexcept;
+  std::uint64_t granted_receive_buffer_bytes() const noexcept;
+
+ private:
+  void on_ready();
+  void push_in_order(const MarkerFrame& frame);
+  void admit_ordered_frames();
+  void admit_control(AdmittedItem::Kind kind, const MarkerSet* set);
+  void end_stream();
+  void arm_tick();
+
+  std::string name_;
+  std::uint32_t stream_id_;
+  SendTarget listen_;
+  Channel<AdmittedItem>& admitted_;
+  ReorderWindow reorder_;
+  std::unique_ptr<UdpSource> udp_;  ///< one of the two
+  std::unique_ptr<ZmqSource> zmq_;
+  MarkerStreamDecoder* decoder_ = nullptr;  ///< the source's
+  boost::asio::steady_timer tick_timer_;
+  std::int64_t tick_period_ns_;
+  bool tick_armed_ = false, stream_open_ = false;
+  SourceEvent event_;
+  AdmittedItem item_;
+  StageLedger admission_;
+  Counter control_lost_;
+};
+
+}  // namespace risorius

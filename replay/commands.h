@@ -1,0 +1,20 @@
+// The subcommands of the `risorius` tool. Each adds itself to the command line and returns what to run when it was chosen.
+#pragma once
+
+#include <functional>
+
+namespace CLI {
+class App;
+}
+
+namespace risorius {
+
+/// Adds the subcommand; its callback does the work and throws UserError. `exit_code` is what main returns.
+void add_replay_command(CLI::App& app);
+void add_rig_command(CLI::App& app);
+void add_dataset_command(CLI::App& app);
+void add_watch_command(CLI::App& app);
+void add_control_command(CLI::App& app);
+void add_demo_command(CLI::App& app);
+
+}  // namespace risorius

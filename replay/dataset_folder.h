@@ -1,0 +1,29 @@
+// A dataset: a folder with one sub-folder per take (replay/take_dataset.h), a README.md card, and manifest-sha256.txt,
+// which is written last: a dataset with a manifest is complete.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace risorius {
+
+/// Makes the folder. Throws UserError if it is there already or cannot be made.
+void begin_dataset_folder(const std::filesystem::path& folder);
+
+/// Writes README.md and then the manifest.
+void finish_dataset_folder(const std::filesystem::path& folder, const std::string& card_markdown);
+
+/// What the card says.
+struct DatasetCard {
+  std::string title;
+  std::string rig;
+  std::string mode;          ///< "live", "offline, causal" or "offline, both directions"
+  std::string pseudonym;     ///< of the recorded person; empty = not stated
+  std::string consent;       ///< reference to the consent; empty = not stated
+  std::string licence;       ///< of the dataset; empty = not stated
+  std::string options_toml;  ///< the effective options of all stages
+};
+std::string dataset_card_markdown(const DatasetCard& card);
+
+}  // namespace risorius

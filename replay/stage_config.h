@@ -1,0 +1,28 @@
+// Options of all stages of a stream, from reorder to continuation, and their TOML tables: the same for the daemon's
+// configuration and for `risorius dataset --config`.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "capture/reorder_window.h"
+#include "replay/frame_pipeline.h"
+#include "replay/toml_fields.h"
+
+namespace risorius {
+
+struct StageConfig {
+  ReorderOptions reorder;
+  PipelineOptions pipeline;
+};
+
+/// Reads the tables [reorder] [despike] [fill] [solve] [continuation] where they are there; collects problems.
+void read_stage_tables(TomlReader& reader, StageConfig& stages);
+/// Prints them, each key with its range and meaning.
+void print_stage_tables(TomlPrinter& printer, const StageConfig& stages);
+std::string print_stage_config(const StageConfig& stages);
+
+/// The stage tables of a configuration file of the daemon; its other tables are left to the daemon. Throws UserError.
+StageConfig load_stage_config(const std::filesystem::path& path);
+
+}  // namespace risorius

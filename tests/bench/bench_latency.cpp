@@ -1,0 +1,215 @@
+// What the daemon adds between a marker datagram and its AU message: 240 Hz x 60 markers on loopback, against a bare echo
+// (UDP in, ZeroMQ PUB out, nothing between) through the same kinds of socket, in alternating blocks of one run.
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstring>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include <arpa/inet.h>
+#include <fmt/core.h>
+#include <zmq.hpp>
+
+#include "bench/bench_report.h"
+#include "capture/marker_codec.h"
+#include "capture/monotonic_clock.h"
+#include "replay/daemon_client.h"
+#include "replay/pacer.h"
+#include "replay/performer.h"
+#include "solve/builtin_face.h"
+#include "support/process.h"
+#include "support/test_data.h"
+#include "system/running_daemon.h"
+
+namespace risorius::bench {
+namespace {
+
+constexpr double kRateHz = 240;
+constexpr std::size_t kMarkers = 60;
+constexpr int kFramesPerBlock = 240;
+constexpr int kBlocks = 24;  // of each kind
+
+sockaddr_in loopback(int port) {
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(static_cast<std::uint16_t>(port));
+  inet_pton(AF_INET, "127.0.0.1", &address.sin_addr);
+  return address;
+}
+
+/// The echo, in a process of its own as the daemon is.
+class Echo {
+ public:
+  Echo() {
+    int ends[2];
+    if (pipe(ends) != 0) throw std::runtime_error("no pipe");
+    id_ = fork();
+    if (id_ == 0) serve(ends[1]);
+    if (read(ends[0], ports_, sizeof ports_) != sizeof ports_) throw std::runtime_error("the echo did not start");
+    close(ends[0]);
+    close(ends[1]);
+  }
+  ~Echo() {
+    kill(id_, SIGKILL);
+    waitpid(id_, nullptr, 0);
+  }
+  int udp_port() const { return ports_[0]; }
+  std::string publish() const { return fmt::format("tcp://127.0.0.1:{}", ports_[1]); }
+
+ private:
+  [[noreturn]] static void serve(int ports_out) {
+    const int in = ::socket(AF_INET, SOCK_DGRAM, 0);
+    sockaddr_in address = loopback(0);
+    socklen_t size = sizeof address;
+    if (bind(in, reinterpret_cast<sockaddr*>(&address), size) != 0) _exit(1);
+    getsockname(in, reinterpret_cast<sockaddr*>(&address), &size);
+    zmq::context_t context;
+    zmq::socket_t out(context, zmq::socket_type::pub);
+    out.bind("tcp://127.0.0.1:*");
+    const auto endpoint = out.get(zmq::sockopt::last_endpoint);
+    const int ports[2] = {ntohs(address.sin_port), std::stoi(endpoint.substr(endpoint.rfind(':') + 1))};
+    if (write(ports_out, ports, sizeof ports) != sizeof ports) _exit(1);
+    char bytes[2048];
+    while (true) {
+      const ssize_t count = recv(in, bytes, sizeof bytes, 0);
+      if (count < 0) _exit(1);
+      out.send(zmq::str_buffer("au"), zmq::send_flags::sndmore);
+      out.send(zmq::buffer(bytes, static_cast<std::size_t>(count)), zmq::send_flags::none);
+    }
+  }
+  pid_t id_ = 0;
+  int ports_[2] = {};
+};
+
+/// One of the two ways: where datagrams go, and where answers come from.
+struct Way {
+  sockaddr_in target;
+  zmq::socket_t answers;
+  std::vector<double> block_p50_us, block_p99_us;
+  std::uint64_t unanswered = 0;
+};
+
+zmq::socket_t subscribe(zmq::context_t& context, const std::string& endpoint) {
+  zmq::socket_t socket(context, zmq::socket_type::sub);
+  socket.set(zmq::sockopt::subscribe, "au");
+  socket.connect(endpoint);
+  return socket;
+}
+
+double quantile(std::vector<double> values, double q) {
+  std::ranges::sort(values);
+  return values[static_cast<std::size_t>(q * static_cast<double>(values.size() - 1) + 0.5)];
+}
+
+/// Sends a block at its rate, closed loop: an answer counts for the datagram before it; a late one is counted as unanswered.
+void run_block(Way& way, int udp, const std::vector<std::vector<std::byte>>& datagrams) {
+  Pacer pacer;
+  std::vector<double> latency_us;
+  for (std::size_t i = 0; i < datagrams.size(); ++i) {
+    pacer.wait(static_cast<std::int64_t>(static_cast<double>(i) * 1e9 / kRateHz));
+    zmq::message_t topic, body;
+    while (way.answers.recv(topic, zmq::recv_flags::dontwait)) {
+    }
+    const std::int64_t sent_ns = monotonic_now_ns();
+    sendto(udp, datagrams[i].data(), datagrams[i].size(), 0, reinterpret_cast<const sockaddr*>(&way.target), sizeof way.target);
+    way.answers.set(zmq::sockopt::rcvtimeo, 100);
+    if (!way.answers.recv(topic)) {
+      ++way.unanswered;
+      continue;
+    }
+    latency_us.push_back(static_cast<double>(monotonic_now_ns() - sent_ns) * 1e-3);
+  }
+  if (latency_us.empty()) return;
+  way.block_p50_us.push_back(quantile(latency_us, 0.5));
+  way.block_p99_us.push_back(quantile(latency_us, 0.99));
+}
+
+std::vector<std::byte> to_bytes(const DatagramBuffer& buffer, std::size_t size) { return {buffer.begin(), buffer.begin() + static_cast<std::ptrdiff_t>(size)}; }
+
+/// The performer's 55 markers and five more that the rig does not know.
+struct Stream {
+  MarkerSet set;
+  PerformerTake take{builtin_rig(), PerformerOptions{.rate_hz = kRateHz, .seconds = 600}};
+  Stream() : set(take.info().markers) {
+    while (set.names.size() < kMarkers) set.names.push_back(fmt::format("extra{}", set.names.size()));
+  }
+  std::vector<std::byte> next_datagram() {
+    MarkerFrame frame;
+    take.next(frame);
+    frame.header.set_id = set.id;
+    for (std::uint32_t m = frame.count; m < kMarkers; ++m) {
+      frame.state[m] = MarkerState::kMeasured;
+      frame.position_mm[m] = frame.position_mm[m - 5];
+    }
+    frame.count = kMarkers;
+    DatagramBuffer buffer;
+    return to_bytes(buffer, encode(frame, 1, 0, buffer).bytes);
+  }
+  std::vector<std::byte> set_datagram() const {
+    DatagramBuffer buffer;
+    return to_bytes(buffer, encode(set, 1, 0, 0, buffer).bytes);
+  }
+};
+
+int measure() {
+  test::TemporaryFolder folder;
+  Echo echo;
+  test::RunningDaemon daemon(folder.path(), "[[source]]\nname = \"face\"\nlisten = \"udp://127.0.0.1:0\"\n");
+  if (!daemon.up()) throw std::runtime_error("risoriusd did not start: " + daemon.process().output());
+  const auto input = daemon.input("face");
+  zmq::context_t context;
+  Way through_daemon{loopback(std::stoi(input.substr(input.rfind(':') + 1))), subscribe(context, daemon.publish()), {}, {}, 0};
+  Way through_echo{loopback(echo.udp_port()), subscribe(context, echo.publish()), {}, {}, 0};
+  const int udp = ::socket(AF_INET, SOCK_DGRAM, 0);
+  Stream stream;
+  const auto set = stream.set_datagram();
+  sendto(udp, set.data(), set.size(), 0, reinterpret_cast<const sockaddr*>(&through_daemon.target), sizeof through_daemon.target);
+
+  for (int block = -1; block < kBlocks; ++block) {
+    std::vector<std::vector<std::byte>> datagrams;
+    for (int i = 0; i < kFramesPerBlock; ++i) datagrams.push_back(stream.next_datagram());
+    run_block(through_daemon, udp, datagrams);
+    run_block(through_echo, udp, datagrams);
+    if (block < 0) {  // warm-up
+      for (Way* way : {&through_daemon, &through_echo}) *way = {way->target, std::move(way->answers), {}, {}, 0};
+    }
+    fmt::print(stderr, "\rblock {} of {} ", block + 1, kBlocks);
+  }
+  fmt::print(stderr, "\n");
+  const auto status = daemon.status().at("streams").at("face");
+  close(udp);
+
+  std::vector<double> p50_excess, p99_excess;
+  for (std::size_t b = 0; b < through_echo.block_p50_us.size() && b < through_daemon.block_p50_us.size(); ++b) {
+    p50_excess.push_back(through_daemon.block_p50_us[b] - through_echo.block_p50_us[b]);
+    p99_excess.push_back(through_daemon.block_p99_us[b] - through_echo.block_p99_us[b]);
+  }
+  BenchReport report("latency");
+  report.add("daemon p50, median over blocks", quantile(through_daemon.block_p50_us, 0.5) * 1e-3);
+  report.add("echo p50, median over blocks", quantile(through_echo.block_p50_us, 0.5) * 1e-3);
+  report.add("excess p50, median over blocks", quantile(p50_excess, 0.5) * 1e-3);
+  report.add("daemon p99, median over blocks", quantile(through_daemon.block_p99_us, 0.5) * 1e-3);
+  report.add("echo p99, median over blocks", quantile(through_echo.block_p99_us, 0.5) * 1e-3);
+  report.add("excess p99, median over blocks", quantile(p99_excess, 0.5) * 1e-3);
+  report.add("frames unanswered", static_cast<double>(through_daemon.unanswered));
+  report.add("inside the daemon, receive to publish, p50", status.at("latency_us").at("p50").get<double>() * 1e-3);
+  daemon.end();
+  return report.finish();
+}
+
+}  // namespace
+}  // namespace risorius::bench
+
+int main() {
+  try {
+    return risorius::bench::measure();
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "bench latency: {}\n", error.what());
+    return 1;
+  }
+}

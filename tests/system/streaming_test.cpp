@@ -1,0 +1,110 @@
+// Takes over real sockets through the real daemon: what is recorded equals the offline causal run bit for bit, ledgers
+// balance and nothing is lost.
+#include <fstream>
+#include <sstream>
+
+#include <gtest/gtest.h>
+
+#include "support/process.h"
+#include "support/test_data.h"
+#include "system/running_daemon.h"
+
+namespace risorius::test {
+namespace {
+
+std::string bytes_of(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream bytes;
+  bytes << file.rdbuf();
+  return bytes.str();
+}
+
+void expect_equal_takes(const std::filesystem::path& live, const std::filesystem::path& offline) {
+  for (const char* file : {"cleaned.c3d", "au.csv", "au_sd.csv", "pose.csv", "quality.csv", "episodes.csv"}) {
+    const std::string expected = bytes_of(offline / file);
+    ASSERT_FALSE(expected.empty()) << offline / file;
+    EXPECT_TRUE(bytes_of(live / file) == expected) << file << " differs between " << live << " and " << offline;
+  }
+}
+
+void expect_balanced(const nlohmann::json& ledger, const std::string& what) {
+  const auto of = [&](const char* key) { return ledger.at(key).get<std::uint64_t>(); };
+  EXPECT_EQ(of("received"), of("emitted") + of("dropped") + of("refused") + of("held")) << what << ": " << ledger.dump();
+  EXPECT_EQ(of("held"), 0u) << what;
+}
+
+void expect_nothing_lost(const nlohmann::json& stream, std::uint64_t frames) {
+  for (const char* ledger : {"datagrams", "reorder", "admission", "despike", "fill", "solve"}) expect_balanced(stream.at(ledger), ledger);
+  expect_balanced(stream.at("frames").at("assembled"), "assembled");
+  EXPECT_EQ(stream.at("solved"), frames);
+  EXPECT_EQ(stream.at("frames").at("lost"), 0);
+  EXPECT_EQ(stream.at("frames").at("incomplete"), 0);
+  EXPECT_EQ(stream.at("datagrams").at("kernel_drops"), 0);
+  EXPECT_EQ(stream.at("admission").at("dropped"), 0);
+}
+
+bool all_solved(const RunningDaemon& daemon, const std::map<std::string, std::uint64_t>& frames) {
+  const auto begin = std::chrono::steady_clock::now();
+  while (std::chrono::steady_clock::now() - begin < std::chrono::seconds(30)) {
+    const auto streams = daemon.status().at("streams");
+    bool done = true;
+    for (const auto& [name, count] : frames) done = done && streams.at(name).at("solved").get<std::uint64_t>() >= count;
+    if (done) return true;
+  }
+  return false;
+}
+
+TEST(Streaming, BuiltinOverUdpEqualsOffline) {
+  TemporaryFolder folder;
+  const auto offline = folder.path() / "offline";
+  const auto made = run({program("risorius").string(), "dataset", "builtin:4", "--rig", "builtin", "--causal", "-o", offline.string()});
+  ASSERT_EQ(made.exit_code, 0) << made.output;
+  RunningDaemon daemon(folder.path(), "[[source]]\nname = \"face\"\nlisten = \"udp://127.0.0.1:0\"\n");
+  ASSERT_TRUE(daemon.up()) << daemon.process().output();
+  const auto sent = run({program("risorius").string(), "replay", "builtin:4", "--to", daemon.input("face"), "--speed", "4"});
+  ASSERT_EQ(sent.exit_code, 0) << sent.output;
+  constexpr std::uint64_t kFrames = 480;  // 4 s at the performer's 120 Hz
+  ASSERT_TRUE(all_solved(daemon, {{"face", kFrames}}));
+  expect_nothing_lost(daemon.status().at("streams").at("face"), kFrames);
+  const auto ended = daemon.end();
+  ASSERT_EQ(ended.exit_code, 0) << ended.output;
+  expect_equal_takes(daemon.dataset() / "face-001", offline / "builtin");
+  const auto checked = run({"sh", "-c", "cd '" + daemon.dataset().string() + "' && sha256sum -c --quiet manifest-sha256.txt"});
+  EXPECT_EQ(checked.exit_code, 0) << checked.output;
+}
+
+TEST(Streaming, TwoRealTakesAtOnceOverUdpAndZmqEqualOffline) {
+  RISORIUS_NEEDS_DATA(animface, "animface");
+  RISORIUS_NEEDS_DATA(ict_archive, "ict_facekit.tar.xz");
+  TemporaryFolder folder;
+  const std::string tool = program("risorius").string();
+  const auto rig = (folder.path() / "rig.json").string();
+  ASSERT_EQ(run({"tar", "xJf", ict_archive.string(), "-C", folder.path().string()}).exit_code, 0);
+  const auto fitted = run({tool, "rig", "fit", "--face", (folder.path() / "ict_facekit").string(), "--neutral",
+                           (animface / "jaw.c3d").string() + ":20-90", "--landmarks", "animface41", "-o", rig});
+  ASSERT_EQ(fitted.exit_code, 0) << fitted.output;
+  const auto jaw = (animface / "jaw_defects.c3d").string(), eyebrows = (animface / "eyebrows_defects.c3d").string();
+  const auto offline = folder.path() / "offline";
+  const auto made = run({tool, "dataset", jaw, eyebrows, "--rig", rig, "--causal", "-o", offline.string()});
+  ASSERT_EQ(made.exit_code, 0) << made.output;
+
+  RunningDaemon daemon(folder.path(), "[[source]]\nname = \"jaw\"\nlisten = \"udp://127.0.0.1:0\"\nrig = \"" + rig +
+                                          "\"\n[[source]]\nname = \"eyebrows\"\nlisten = \"zmq+tcp://127.0.0.1:0\"\nrig = \"" + rig + "\"\n");
+  ASSERT_TRUE(daemon.up()) << daemon.process().output();
+  Process first({tool, "replay", jaw, "--to", daemon.input("jaw"), "--speed", "10"});
+  Process second({tool, "replay", eyebrows, "--to", daemon.input("eyebrows"), "--speed", "10"});
+  const auto first_ended = first.finish(), second_ended = second.finish();
+  ASSERT_EQ(first_ended.exit_code, 0) << first_ended.output;
+  ASSERT_EQ(second_ended.exit_code, 0) << second_ended.output;
+  // 1590 and 902 frames: the data folder's README.
+  ASSERT_TRUE(all_solved(daemon, {{"jaw", 1590}, {"eyebrows", 902}}));
+  const auto streams = daemon.status().at("streams");
+  expect_nothing_lost(streams.at("jaw"), 1590);
+  expect_nothing_lost(streams.at("eyebrows"), 902);
+  ASSERT_EQ(daemon.end().exit_code, 0);
+  expect_equal_takes(daemon.dataset() / "jaw-001", offline / "jaw_defects");
+  expect_equal_takes(daemon.dataset() / "eyebrows-001", offline / "eyebrows_defects");
+}
+
+}  // namespace
+}  // namespace risorius::test
