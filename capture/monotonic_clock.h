@@ -1,0 +1,16 @@
+// The clock of receive times and pacing. For sources and senders at the edge; stages have no clock.
+#pragma once
+
+#include <cstdint>
+#include <ctime>
+
+namespace risorius {
+
+/// CLOCK_MONOTONIC in ns.
+inline std::int64_t monotonic_now_ns() noexcept {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
+}
+
+}  // namespace risorius
