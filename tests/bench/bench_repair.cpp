@@ -11,9 +11,11 @@
 #include <string>
 #include <vector>
 
+#include "capture/despiker.h"
 #include "capture/gap_baselines.h"
 #include "capture/gap_filler.h"
 #include "support/marker_csv.h"
+#include "support/marker_defects.h"
 #include "support/test_data.h"
 
 namespace risorius {
@@ -129,6 +131,31 @@ void bench_fill(const test::MarkerTake& take, int draws) {
   }
 }
 
+void bench_despike(const char* name, const test::MarkerTake& take, DespikeMethod method, int seeds) {
+  test::DespikeScore score;
+  double seconds = 0;
+  for (int seed = 1; seed <= seeds; ++seed) {
+    const test::Defects defects = test::make_defects(take, static_cast<std::uint64_t>(seed));
+    DespikerOptions options;
+    options.method = method;
+    Despiker despiker(options);
+    despiker.use_marker_set(take.set);
+    auto judged = defects.frames;
+    const auto start = std::chrono::steady_clock::now();
+    for (MarkerFrame& frame : judged) {
+      despiker.push(frame);
+      despiker.pop(frame);
+    }
+    seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    score.add(defects, judged);
+  }
+  std::printf("%-22s events %zu, found %.2f %%, samples found %.2f %%, false alarms %.3f %%, %.1f us per frame\n", name,
+              score.events, 100.0 * static_cast<double>(score.found) / static_cast<double>(score.events),
+              100.0 * static_cast<double>(score.rejected_false) / static_cast<double>(score.false_samples),
+              100.0 * static_cast<double>(score.rejected_good) / static_cast<double>(score.good_samples),
+              1e6 * seconds / static_cast<double>(take.frames.size()) / seeds);
+}
+
 }  // namespace
 }  // namespace risorius
 
@@ -141,6 +168,11 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "%s: no takes there (give the folder of jaw.csv)\n", folder.c_str());
     return 1;
   }
+  const test::MarkerTake eyebrows = test::read_marker_csv(folder / "eyebrows.csv", 60);
+  bench_despike("jaw", jaw, DespikeMethod::kHeadFrame, draws);
+  bench_despike("jaw (seed 000)", jaw, DespikeMethod::kDisplacement, draws);
+  bench_despike("eyebrows", eyebrows, DespikeMethod::kHeadFrame, draws);
+  bench_despike("eyebrows (seed 000)", eyebrows, DespikeMethod::kDisplacement, draws);
   bench_fill(jaw, draws);
   return 0;
 }
