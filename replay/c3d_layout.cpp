@@ -89,7 +89,7 @@ std::vector<std::string> unique_names(const C3dSource& source, std::size_t point
                            : std::count_if(names.begin() + static_cast<std::ptrdiff_t>(points), names.end(), is_named);
   if (surplus > 0)
     warnings.push_back(
-        fmt::format("{} labels for {} points: the last {} stand for nothing", names.size(), points, surplus));
+        fmt::format("{} labels for {} points: {} of the rest name nothing", names.size(), points, surplus));
   names.resize(points);
   const auto unnamed = static_cast<std::size_t>(std::count(names.begin(), names.end(), ""));
   if (unnamed > 0)

@@ -30,40 +30,48 @@ std::string trimmed(std::string_view text) {
 C3dParameters::C3dParameters(std::span<const std::uint8_t> section, C3dProcessor processor,
                              std::vector<std::string>& warnings)
     : processor_(processor) {
-  constexpr std::size_t kSectionHeaderBytes = 4;
-  // Record: name length (negative = locked), group id (negative = a group), name, offset to the next record, body.
+  constexpr std::size_t kSectionHeaderBytes = 4;  // reserved, key, number of blocks, processor
   std::size_t at = kSectionHeaderBytes;
-  while (at + 2 <= section.size()) {
-    const auto signed_byte = [&](std::size_t place) {
-      return static_cast<int>(static_cast<std::int8_t>(section[place]));
-    };
-    const auto name_bytes = static_cast<std::size_t>(std::abs(signed_byte(at)));
-    const int id = signed_byte(at + 1);
-    const std::size_t offset_at = at + 2 + name_bytes;
-    if (name_bytes == 0) return;
-    const bool fits = offset_at + 2 <= section.size();
-    const std::string name(reinterpret_cast<const char*>(section.data()) + at + 2, fits ? name_bytes : 0);
-    if (!fits || id == 0 || !is_plausible_name(name)) {
-      warnings.push_back("the parameter section is damaged at its byte " + std::to_string(at) +
-                         ": what follows was not read");
-      return;
-    }
-    const std::size_t offset = c3d_word(section.data() + offset_at, processor_);
-    // An offset of 0 marks the last record.
-    const std::size_t end = offset == 0 ? section.size() : std::min(section.size(), offset_at + offset);
-    const std::size_t body_at = std::min(offset_at + 2, end);
-    if (id < 0) {
-      groups_.push_back({-id, name});
-    } else if (!read_parameter(section.subspan(body_at, end - body_at), {.group_id = id, .name = name}, warnings)) {
-      return;
-    }
-    if (offset == 0) return;
-    if (offset < 2 || offset_at + offset > section.size()) {
-      warnings.push_back("the parameter after " + name + " lies outside the section: what follows was not read");
-      return;
-    }
-    at = offset_at + offset;
+  while (const auto next = read_record(section, at, warnings)) at = *next;
+  const std::size_t declared_blocks = section.size() < kSectionHeaderBytes ? 0 : section[2];
+  if (declared_blocks > 0 && at > declared_blocks * kC3dBlockBytes)
+    warnings.push_back("the parameter section is longer than the " + std::to_string(declared_blocks) +
+                       " blocks that it declares");
+}
+
+std::optional<std::size_t> C3dParameters::read_record(std::span<const std::uint8_t> section, std::size_t at,
+                                                      std::vector<std::string>& warnings) {
+  // Record: name length (negative = locked), group id (negative = a group), name, offset to the next record, body.
+  if (at + 2 > section.size() || section[at] == 0) return {};
+  const auto signed_byte = [&](std::size_t place) {
+    return static_cast<int>(static_cast<std::int8_t>(section[place]));
+  };
+  const auto name_bytes = static_cast<std::size_t>(std::abs(signed_byte(at)));
+  const int id = signed_byte(at + 1);
+  const std::size_t offset_at = at + 2 + name_bytes;
+  const bool fits = offset_at + 2 <= section.size();
+  const std::string name(reinterpret_cast<const char*>(section.data()) + at + 2, fits ? name_bytes : 0);
+  if (!fits || id == 0 || !is_plausible_name(name)) {
+    warnings.push_back("the parameter section is damaged at its byte " + std::to_string(at) +
+                       ": what follows was not read");
+    return {};
   }
+  const std::size_t offset = c3d_word(section.data() + offset_at, processor_);
+  const std::size_t next = offset_at + offset;
+  const bool is_last = offset == 0;
+  const std::size_t end = is_last ? section.size() : std::min(section.size(), next);
+  const std::size_t body_at = std::min(offset_at + 2, end);
+  if (id < 0) {
+    groups_.push_back({-id, name});
+  } else if (!read_parameter(section.subspan(body_at, end - body_at), {.group_id = id, .name = name}, warnings)) {
+    return {};
+  }
+  if (is_last) return {};
+  if (offset < 2 || next > section.size()) {
+    warnings.push_back("the parameter after " + name + " lies outside the section: what follows was not read");
+    return {};
+  }
+  return next;
 }
 
 bool C3dParameters::read_parameter(std::span<const std::uint8_t> body, Parameter parameter,

@@ -43,6 +43,9 @@ class C3dParameters {
   };
 
   const Parameter* find(std::string_view group, std::string_view name) const noexcept;
+  /// Reads the record at `at`; gives the place of the next one, if there is one.
+  std::optional<std::size_t> read_record(std::span<const std::uint8_t> section, std::size_t at,
+                                         std::vector<std::string>& warnings);
   bool read_parameter(std::span<const std::uint8_t> body, Parameter parameter, std::vector<std::string>& warnings);
 
   C3dProcessor processor_ = C3dProcessor::kIntel;
