@@ -32,9 +32,8 @@ AtomicFile::AtomicFile(std::filesystem::path path) : path_(std::move(path)), par
 }
 
 AtomicFile::~AtomicFile() {
-  if (descriptor_ < 0) return;
-  ::close(descriptor_);
-  ::unlink(partial_path_.c_str());
+  if (descriptor_ >= 0) ::close(descriptor_);
+  if (!is_committed_) ::unlink(partial_path_.c_str());
 }
 
 void AtomicFile::write(std::string_view bytes) {
@@ -61,6 +60,7 @@ void AtomicFile::commit() {
   if (::fsync(descriptor_) != 0) fail("cannot be made durable");
   if (::close(std::exchange(descriptor_, -1)) != 0) fail("cannot be closed");
   if (::rename(partial_path_.c_str(), path_.c_str()) != 0) fail("cannot be renamed from its .partial name");
+  is_committed_ = true;
   sync_folder(path_.parent_path());
 }
 

@@ -33,6 +33,7 @@ class AtomicFile {
 
   std::filesystem::path path_, partial_path_;
   int descriptor_ = -1;
+  bool is_committed_ = false;
   std::uint64_t flushed_bytes_ = 0;
   std::string buffer_;
 };

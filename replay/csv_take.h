@@ -30,6 +30,9 @@ class CsvTakeReader final : public TakeReader {
   using Columns = std::array<std::size_t, 3>;  ///< of x, y and z
 
   void assign_columns();
+  void check_columns() const;
+  [[noreturn]] void fail_in_header(const std::string& column, const std::string& problem,
+                                   const std::string& remedy) const;
   std::vector<std::int64_t> scan_times();
   void settle_times(std::vector<std::int64_t> times_ns, const std::optional<double>& given_rate_hz);
   float read_coordinate_mm(std::size_t column) const;

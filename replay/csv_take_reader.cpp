@@ -61,9 +61,19 @@ double median_step_rate_hz(const std::vector<std::int64_t>& times_ns) {
   return kNanosecondsPerSecond / static_cast<double>(*middle);
 }
 
+constexpr std::size_t kNoColumn = std::numeric_limits<std::size_t>::max();
+constexpr std::size_t kNoAxis = 3;
+constexpr std::string_view kAxisLetters = "xyz";
+
 std::string lower(std::string text) {
   for (char& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
   return text;
+}
+
+/// 0 to 2 for "NAME_x" to "NAME_z".
+std::size_t axis_of(const std::string& title) {
+  if (title.size() < 3 || title[title.size() - 2] != '_') return kNoAxis;
+  return std::min(kAxisLetters.find(lower(title).back()), kNoAxis);
 }
 
 }  // namespace
@@ -80,44 +90,45 @@ CsvTakeReader::CsvTakeReader(const std::filesystem::path& path, const TakeOption
 }
 
 void CsvTakeReader::assign_columns() {
-  constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
   std::unordered_map<std::string, std::size_t> index_of;
-  std::vector<Columns> columns;
-  const auto fail = [&](const std::string& column, const std::string& problem, const std::string& remedy) {
-    throw UserError(info_.path.string() + ", line 1, column " + column, problem, remedy);
-  };
   for (std::size_t column = 0; column < file_.columns().size(); ++column) {
     const std::string& title = file_.columns()[column];
-    const std::string key = lower(title);
-    if (key == "frame") continue;
-    if (key == "time_s") {
-      if (time_column_) fail(title, "stands twice", "keep one");
+    const std::size_t axis = axis_of(title);
+    if (lower(title) == "frame") continue;
+    if (lower(title) == "time_s") {
+      if (time_column_) fail_in_header(title, "stands twice", "keep one");
       time_column_ = column;
-      continue;
-    }
-    const std::size_t axis = key.size() < 3 || key[key.size() - 2] != '_' ? 3 : std::string("xyz").find(key.back());
-    if (axis > 2) {
+    } else if (axis == kNoAxis) {
       info_.warnings.push_back("column '" + title + "' is neither frame, time_s nor NAME_x, NAME_y, NAME_z: ignored");
-      continue;
+    } else {
+      const std::string name = title.substr(0, title.size() - 2);
+      const auto [entry, is_new] = index_of.emplace(name, columns_of_marker_.size());
+      if (is_new) {
+        columns_of_marker_.push_back({kNoColumn, kNoColumn, kNoColumn});
+        info_.markers.names.push_back(name);
+      }
+      std::size_t& place = columns_of_marker_[entry->second][axis];
+      if (place != kNoColumn) fail_in_header(title, "stands twice", "give each marker a name of its own");
+      place = column;
     }
-    const std::string name = title.substr(0, title.size() - 2);
-    const auto [entry, is_new] = index_of.emplace(name, columns.size());
-    if (is_new) {
-      columns.push_back({kNone, kNone, kNone});
-      info_.markers.names.push_back(name);
-    }
-    std::size_t& place = columns[entry->second][axis];
-    if (place != kNone) fail(title, "stands twice", "give each marker a name of its own");
-    place = column;
   }
-  for (std::size_t i = 0; i < columns.size(); ++i)
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      if (columns[i][axis] == kNone)
-        fail(info_.markers.names[i] + "_" + "xyz"[axis], "is missing", "each marker needs the columns _x, _y and _z");
-  if (columns.empty())
+  check_columns();
+}
+
+void CsvTakeReader::check_columns() const {
+  if (columns_of_marker_.empty())
     throw UserError(info_.path.string() + ", line 1", "no column is named like NAME_x, NAME_y, NAME_z",
                     "the first line must be frame,time_s,NAME_x,NAME_y,NAME_z,...");
-  columns_of_marker_ = std::move(columns);
+  for (std::size_t i = 0; i < columns_of_marker_.size(); ++i)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (columns_of_marker_[i][axis] == kNoColumn)
+        fail_in_header(info_.markers.names[i] + "_" + kAxisLetters[axis], "is missing",
+                       "each marker needs the columns _x, _y and _z");
+}
+
+void CsvTakeReader::fail_in_header(const std::string& column, const std::string& problem,
+                                   const std::string& remedy) const {
+  throw UserError(info_.path.string() + ", line 1, column " + column, problem, remedy);
 }
 
 std::vector<std::int64_t> CsvTakeReader::scan_times() {

@@ -51,15 +51,17 @@ inline void write_bytes(const std::filesystem::path& path, std::string_view byte
   std::ofstream(path, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
 }
 
-/// Where the values of a parameter begin in the bytes of a C3D file.
-inline std::size_t offset_of_parameter(const std::string& bytes, const std::string& name) {
-  const std::string record_start = std::string(1, static_cast<char>(name.size()));
-  for (std::size_t at = bytes.find(name, 512); at != std::string::npos; at = bytes.find(name, at + 1)) {
-    if (bytes[at - 2] != record_start[0]) continue;  // part of a longer name
-    const std::size_t dimensions_at = at + name.size() + 3;
-    return dimensions_at + 1 + static_cast<unsigned char>(bytes[dimensions_at]);
-  }
+/// Where the name of a parameter stands in the bytes of a C3D file; not where it is part of a longer name.
+inline std::size_t offset_of_name(const std::string& bytes, const std::string& name) {
+  for (std::size_t at = bytes.find(name, 512); at != std::string::npos; at = bytes.find(name, at + 1))
+    if (bytes[at - 2] == static_cast<char>(name.size())) return at;
   throw std::runtime_error("no parameter " + name);
+}
+
+/// Where the values of a parameter begin.
+inline std::size_t offset_of_parameter(const std::string& bytes, const std::string& name) {
+  const std::size_t dimensions_at = offset_of_name(bytes, name) + name.size() + 3;
+  return dimensions_at + 1 + static_cast<unsigned char>(bytes[dimensions_at]);
 }
 
 inline void patch_word(std::string& bytes, std::size_t at, std::uint16_t value) {
@@ -68,10 +70,7 @@ inline void patch_word(std::string& bytes, std::size_t at, std::uint16_t value) 
 }
 
 /// Makes readers overlook a parameter.
-inline void hide_parameter(std::string& bytes, const std::string& name) {
-  offset_of_parameter(bytes, name);  // it must be there
-  bytes[bytes.find(std::string(1, static_cast<char>(name.size())) + bytes[bytes.find(name) - 1] + name) + 2] = '#';
-}
+inline void hide_parameter(std::string& bytes, const std::string& name) { bytes[offset_of_name(bytes, name)] = '#'; }
 
 inline std::vector<MarkerFrame> read_all(TakeReader& reader) {
   std::vector<MarkerFrame> frames;
