@@ -16,9 +16,9 @@ namespace risorius {
 
 struct TakeInfo {
   std::filesystem::path path;
-  MarkerSet markers;                       ///< names, rate, and the unit and axes of the file's numbers
+  MarkerSet markers;  ///< names, rate, and the unit and axes of the file's numbers
   std::optional<std::uint64_t> frame_count;
-  std::vector<std::string> warnings;       ///< oddities of the file that were survived, one sentence each
+  std::vector<std::string> warnings;  ///< oddities of the file that were survived, one sentence each
 };
 
 /// What the file itself does not say, or says wrongly; given by the user.

@@ -1,0 +1,41 @@
+// A file that appears under its name only when it is complete: bytes go to PATH.partial beside it, commit() makes
+// them durable and renames. Destroyed without commit, it leaves nothing behind. Disk errors are UserErrors.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace risorius {
+
+class AtomicFile {
+ public:
+  /// Throws UserError if PATH.partial cannot be created.
+  explicit AtomicFile(std::filesystem::path path);
+  ~AtomicFile();
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+
+  /// Appends. Buffered; throws UserError when the disk refuses.
+  void write(std::string_view bytes);
+  /// Replaces bytes already written, from `offset` on.
+  void overwrite(std::uint64_t offset, std::string_view bytes);
+  /// Flush, fsync, rename. Nothing may be written afterwards.
+  void commit();
+
+  const std::filesystem::path& path() const noexcept { return path_; }
+
+ private:
+  void flush();
+  void write_at(std::uint64_t offset, std::string_view bytes);
+  [[noreturn]] void fail(const char* what) const;
+
+  std::filesystem::path path_, partial_path_;
+  int descriptor_ = -1;
+  bool is_committed_ = false;
+  std::uint64_t flushed_bytes_ = 0;
+  std::string buffer_;
+};
+
+}  // namespace risorius
