@@ -1,0 +1,360 @@
+#include "solve/au_solver.h"
+
+#include <cmath>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "capture/check.h"
+#include "capture/errors.h"
+#include "solve/au_name.h"
+#include "solve/robust_weight.h"
+
+namespace risorius {
+namespace {
+
+/// Nothing that a camera volume holds is further away; beyond lies a decoding error.
+constexpr float kFurthestMm = 1e6f;
+/// As in head_pose.cpp: three standard deviations of a normal distribution, from its median.
+constexpr double kMediansToThreshold = 3 * 1.4826;
+/// The time step at which the temporal penalty has its nominal weight, and the shortest one believed.
+constexpr double kNominalStep_s = 1.0 / 60, kShortestStep_s = 1e-4;
+
+bool usable(const Position& p) noexcept {
+  return std::abs(p.x) <= kFurthestMm && std::abs(p.y) <= kFurthestMm && std::abs(p.z) <= kFurthestMm;
+}
+
+Rig checked(Rig rig) {
+  if (const std::vector<std::string> problems = problems_of(rig); !problems.empty()) {
+    throw UserError("rig '" + rig.name + "'", fmt::format("{}", fmt::join(problems, "; ")), "correct the rig");
+  }
+  return rig;
+}
+
+AuSolverOptions checked(const AuSolverOptions& options) {
+  validate(options);
+  return options;
+}
+
+std::vector<std::pair<int, int>> left_right_pairs(const Rig& rig) {
+  std::vector<std::pair<int, int>> pairs;
+  for (std::size_t i = 0; i < rig.au_count(); ++i) {
+    const auto left = parse_au_name(rig.aus[i].name);
+    if (!left || left->side != AuSide::kLeft) continue;
+    for (std::size_t j = 0; j < rig.au_count(); ++j) {
+      if (rig.aus[j].name != format_au_name({left->number, AuSide::kRight})) continue;
+      pairs.emplace_back(static_cast<int>(i), static_cast<int>(j));
+    }
+  }
+  return pairs;
+}
+
+Pose to_pose(const RigidTransform& t) noexcept {
+  return {{t.rotation.x(), t.rotation.y(), t.rotation.z(), t.rotation.w()},
+          {t.translation.x(), t.translation.y(), t.translation.z()}};
+}
+
+}  // namespace
+
+AuSolver::AuSolver(Rig rig, const AuSolverOptions& options)
+    : rig_(checked(std::move(rig))),
+      options_(checked(options)),
+      basis_(rig_),
+      head_pose_(rig_.marker_count(), options_.pose),
+      qp_(static_cast<int>(rig_.au_count())),
+      au_set_id_(risorius::au_set_id(rig_.au_names())),
+      left_right_pairs_(left_right_pairs(rig_)) {
+  const std::size_t markers = rig_.marker_count(), aus = rig_.au_count();
+  for (std::size_t m = 0; m < markers; ++m) {
+    const auto column = static_cast<Eigen::Index>(m);
+    if (!(rig_.stabiliser_weight[column] > 0)) continue;
+    stabilisers_.push_back(static_cast<int>(m));
+    stabilisers_move_ = stabilisers_move_ || basis_.moves(column);
+  }
+  stabiliser_head_mm_.resize(stabilisers_.size());
+  stabiliser_world_mm_.resize(stabilisers_.size());
+  stabiliser_weight_.resize(stabilisers_.size());
+  seen_.resize(aus);
+  observed_.resize(aus);
+  set_index_.assign(markers, -1);
+  world_mm_.resize(markers);
+  measured_.resize(markers);
+  residual_mm_.resize(markers);
+  scratch_.resize(markers);
+  const auto m_count = static_cast<Eigen::Index>(markers), k_count = static_cast<Eigen::Index>(aus);
+  for (Eigen::VectorXd* v : {&base_weight_, &weight_, &gram_weight_}) *v = Eigen::VectorXd::Zero(m_count);
+  for (Eigen::VectorXd* v : {&y_mm_, &weighted_y_mm_, &fitted_mm_}) *v = Eigen::VectorXd::Zero(3 * m_count);
+  for (Eigen::VectorXd* v :
+       {&x_, &share_, &b_, &b_fit_, &fixed_, &upper_, &solution_, &variance_, &temporal_, &previous_x_}) {
+    *v = Eigen::VectorXd::Zero(k_count);
+  }
+  for (Eigen::MatrixXd* matrix : {&gram_, &h_}) *matrix = Eigen::MatrixXd::Zero(k_count, k_count);
+}
+
+void AuSolver::use_marker_set(const MarkerSet& set) {
+  const std::vector<int> index = index_map(set.names, rig_.marker_names);
+  std::vector<std::string> missing;
+  std::size_t stabilisers = 0;
+  Eigen::VectorXd present = Eigen::VectorXd::Zero(basis_.marker_count());
+  for (std::size_t m = 0; m < index.size(); ++m) {
+    const auto column = static_cast<Eigen::Index>(m);
+    if (index[m] < 0) {
+      missing.push_back(rig_.marker_names[m]);
+    } else {
+      present[column] = 1;
+      stabilisers += rig_.stabiliser_weight[column] > 0;
+    }
+  }
+  if (stabilisers < 3 || 2 * missing.size() > index.size()) {
+    throw UserError("marker set " + std::to_string(set.id),
+                    fmt::format("the rig does not match the take: {} of the rig's {} markers and {} of its {} "
+                                "stabilisers are there; missing: {}",
+                                index.size() - missing.size(), index.size(), stabilisers, stabilisers_.size(),
+                                fmt::join(missing, ", ")),
+                    "use the rig of this take, or map its marker names");
+  }
+  set_index_ = index;
+  marker_set_id_ = set.id;
+  set_count_ = static_cast<std::uint32_t>(set.names.size());
+  basis_.use_weights(present);
+  gram_weight_ = present;
+  basis_.gram(gram_weight_, gram_);
+}
+
+void AuSolver::set_neutral(const Eigen::Matrix3Xd& neutral_mm) {
+  Rig renewed = rig_;
+  renewed.neutral_mm = neutral_mm;
+  rig_ = checked(std::move(renewed));
+}
+
+bool AuSolver::push(const MarkerFrame& frame) noexcept {
+  if (has_out_) return false;
+  ledger_.received.add();
+  if (set_count_ == 0 || frame.header.set_id != marker_set_id_ || frame.count != set_count_) {
+    ledger_.refused.add();
+    return true;
+  }
+  if (fresh_) start_take();
+  solve(frame, out_);
+  has_out_ = true;
+  ledger_.held.set(1);
+  return true;
+}
+
+bool AuSolver::pop(AuFrame& frame) noexcept {
+  if (!has_out_) return false;
+  frame = out_;
+  has_out_ = false;
+  ledger_.held.set(0);
+  ledger_.emitted.add();
+  return true;
+}
+
+void AuSolver::start_take() noexcept {
+  x_.setZero();
+  fitted_mm_.setZero();
+  std::fill(seen_.begin(), seen_.end(), char{0});
+  world_from_head_ = {};
+  qp_.reset();
+}
+
+void AuSolver::solve(const MarkerFrame& frame, AuFrame& out) noexcept {
+  out = AuFrame{};
+  out.header = frame.header;
+  out.header.set_id = au_set_id_;
+  out.count = static_cast<std::uint32_t>(rig_.au_count());
+  read_markers(frame);
+  HeadPoseResult pose = estimate_pose();
+  if (!pose.determined) {
+    out.status = SolverStatus::kTooFewMarkers;
+    out.world_from_head = to_pose(world_from_head_);
+    std::fill(observed_.begin(), observed_.end(), char{0});
+    publish_intensities(options_.noise_mm, false, out);
+    return;
+  }
+  decide_observed();
+  prepare_penalties(frame.header.capture_time_ns);
+  world_from_head_ = pose.world_from_head;
+  QpResult qp = fit();
+  for (int refinement = 0; stabilisers_move_ && refinement < options_.pose_refinements; ++refinement) {
+    pose = estimate_pose();
+    if (!pose.determined) break;
+    world_from_head_ = pose.world_from_head;
+    qp = fit();
+  }
+  publish(qp, out);
+  fresh_ = false;
+  last_time_ns_ = frame.header.capture_time_ns;
+}
+
+void AuSolver::read_markers(const MarkerFrame& frame) noexcept {
+  const double noise2 = options_.noise_mm * options_.noise_mm;
+  for (std::size_t m = 0; m < set_index_.size(); ++m) {
+    const auto column = static_cast<Eigen::Index>(m);
+    base_weight_[column] = 0;
+    measured_[m] = 0;
+    if (set_index_[m] < 0) continue;
+    const auto i = static_cast<std::size_t>(set_index_[m]);
+    const Position& p = frame.position_mm[i];
+    if (!usable(p)) continue;
+    world_mm_[m] = {p.x, p.y, p.z};
+    if (frame.state[i] == MarkerState::kMeasured) {
+      measured_[m] = 1;
+      base_weight_[column] = 1;
+    } else if (frame.state[i] == MarkerState::kFilled) {
+      const double deviation = frame.standard_deviation_mm[i];
+      const double weight = noise2 / (noise2 + deviation * deviation);
+      if (weight > 0) base_weight_[column] = weight;  // false for NaN
+    }
+  }
+}
+
+/// Against the face as it was fitted last, so that AUs that move stabilisers do not turn the head.
+HeadPoseResult AuSolver::estimate_pose() noexcept {
+  for (std::size_t s = 0; s < stabilisers_.size(); ++s) {
+    const auto m = static_cast<Eigen::Index>(stabilisers_[s]);
+    stabiliser_head_mm_[s] = rig_.neutral_mm.col(m) + fitted_mm_.segment<3>(3 * m);
+    stabiliser_world_mm_[s] = world_mm_[static_cast<std::size_t>(m)];
+    stabiliser_weight_[s] = rig_.stabiliser_weight[m] * base_weight_[m];
+  }
+  return head_pose_.estimate(stabiliser_head_mm_, stabiliser_world_mm_, stabiliser_weight_);
+}
+
+void AuSolver::decide_observed() noexcept {
+  basis_.visible_share(base_weight_, share_);
+  for (std::size_t i = 0; i < observed_.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    observed_[i] = share_[k] >= options_.min_visible_share;
+    upper_[k] = observed_[i] ? rig_.aus[i].upper_bound : 0;
+    fixed_[k] = observed_[i] ? 0 : x_[k];
+  }
+}
+
+/// temporal_ becomes the weight by which each AU is drawn to x_ of the last frame.
+void AuSolver::prepare_penalties(std::int64_t capture_time_ns) noexcept {
+  const double step_s = static_cast<double>(capture_time_ns - last_time_ns_) * 1e-9;
+  const bool follows = !fresh_ && capture_time_ns > last_time_ns_;
+  const double weight = follows ? options_.temporal * kNominalStep_s / std::max(step_s, kShortestStep_s) : 0;
+  for (std::size_t i = 0; i < seen_.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    temporal_[k] = seen_[i] && observed_[i] ? weight * basis_.mean_diagonal_mm2() : 0;
+  }
+  previous_x_ = x_;
+}
+
+QpResult AuSolver::fit() noexcept {
+  const RigidTransform head_from_world = world_from_head_.inverse();
+  for (Eigen::Index m = 0; m < basis_.marker_count(); ++m) {
+    y_mm_.segment<3>(3 * m).setZero();
+    if (!(base_weight_[m] > 0)) continue;
+    y_mm_.segment<3>(3 * m) = head_from_world * world_mm_[static_cast<std::size_t>(m)] - rig_.neutral_mm.col(m);
+  }
+  weight_ = base_weight_;
+  for (int iteration = 0;; ++iteration) {
+    const QpResult qp = fit_weighted();
+    measure_residuals();
+    if (iteration == options_.robust_iterations || !reweigh(iteration)) return qp;
+  }
+}
+
+QpResult AuSolver::fit_weighted() noexcept {
+  if (weight_ != gram_weight_) {
+    basis_.gram(weight_, gram_);
+    gram_weight_ = weight_;
+  }
+  for (Eigen::Index m = 0; m < basis_.marker_count(); ++m) {
+    weighted_y_mm_.segment<3>(3 * m) = weight_[m] * y_mm_.segment<3>(3 * m);
+  }
+  basis_.project(weighted_y_mm_, b_);
+  h_ = gram_;
+  const double unit = basis_.mean_diagonal_mm2();
+  h_.diagonal().array() += options_.ridge * unit + temporal_.array();
+  b_.array() += temporal_.array() * previous_x_.array() - options_.l1 * unit;
+  const double tie = options_.left_right * unit;
+  for (const auto& [left, right] : left_right_pairs_) {
+    h_(left, left) += tie;
+    h_(right, right) += tie;
+    h_(left, right) -= tie;
+    h_(right, left) -= tie;
+  }
+  b_fit_ = b_;
+  b_fit_.noalias() -= h_ * fixed_;
+  const QpResult qp = qp_.solve(h_, b_fit_, upper_, solution_);
+  x_ = solution_ + fixed_;
+  basis_.deform(x_, fitted_mm_);
+  return qp;
+}
+
+void AuSolver::measure_residuals() noexcept {
+  for (std::size_t m = 0; m < residual_mm_.size(); ++m) {
+    const auto row = static_cast<Eigen::Index>(3 * m);
+    residual_mm_[m] = (fitted_mm_.segment<3>(row) - y_mm_.segment<3>(row)).norm();
+  }
+}
+
+/// False if no weight changed.
+bool AuSolver::reweigh(int iteration) noexcept {
+  std::size_t used = 0;
+  for (std::size_t m = 0; m < residual_mm_.size(); ++m) {
+    if (base_weight_[static_cast<Eigen::Index>(m)] > 0) scratch_[used++] = residual_mm_[m];
+  }
+  const double threshold =
+      std::max(options_.robust_threshold_mm, kMediansToThreshold * lower_median(std::span(scratch_).first(used)));
+  bool changed = false;
+  for (std::size_t m = 0; m < residual_mm_.size(); ++m) {
+    const auto column = static_cast<Eigen::Index>(m);
+    const double weight = base_weight_[column] * robust_weight(residual_mm_[m], threshold, robust_power(iteration));
+    changed = changed || weight != weight_[column];
+    weight_[column] = weight;
+  }
+  return changed;
+}
+
+void AuSolver::publish(const QpResult& qp, AuFrame& out) noexcept {
+  const bool converged = qp.status == QpStatus::kConverged;
+  out.status = converged ? SolverStatus::kConverged : SolverStatus::kIterationLimit;
+  out.kkt_residual = qp.kkt_residual;
+  out.world_from_head = to_pose(world_from_head_);
+  double squared = 0;
+  int measured = 0;
+  for (std::size_t m = 0; m < measured_.size(); ++m) {
+    if (!measured_[m]) continue;
+    squared += residual_mm_[m] * residual_mm_[m];
+    ++measured;
+  }
+  out.residual_rms_mm = measured > 0 ? std::sqrt(squared / measured) : 0;
+  publish_intensities(noise_from_residuals(), converged, out);
+}
+
+/// Where an AU is not fitted, nothing but its range is known: the standard deviation of a uniform distribution over it.
+void AuSolver::publish_intensities(double noise_mm, bool converged, AuFrame& out) noexcept {
+  if (converged) qp_.inverse_diagonal(h_, variance_);
+  for (std::size_t i = 0; i < observed_.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    const double range = rig_.aus[i].upper_bound / std::sqrt(12.0);
+    out.intensity[i] = x_[k];
+    out.standard_deviation[i] = observed_[i] && converged ? std::min(noise_mm * std::sqrt(variance_[k]), range) : range;
+    out.state[i] = observed_[i] ? AuState::kObserved : seen_[i] ? AuState::kHeld : AuState::kNotObserved;
+    seen_[i] = seen_[i] || observed_[i];
+  }
+}
+
+/// Per axis, over what the fit left free; at least the noise option, since few markers can be explained by chance.
+double AuSolver::noise_from_residuals() const noexcept {
+  double squared = 0, axes = 0;
+  for (std::size_t m = 0; m < residual_mm_.size(); ++m) {
+    const double weight = weight_[static_cast<Eigen::Index>(m)];
+    squared += weight * residual_mm_[m] * residual_mm_[m];
+    axes += 3 * weight;
+  }
+  for (std::size_t i = 0; i < rig_.au_count(); ++i) axes -= qp_.is_free(static_cast<int>(i));
+  return axes > 1 ? std::max(options_.noise_mm, std::sqrt(squared / axes)) : options_.noise_mm;
+}
+
+void AuSolver::predict_markers(Eigen::Matrix3Xd& world_mm) const noexcept {
+  RISORIUS_CHECK(world_mm.cols() == basis_.marker_count());
+  for (Eigen::Index m = 0; m < world_mm.cols(); ++m) {
+    world_mm.col(m) = world_from_head_ * Eigen::Vector3d(rig_.neutral_mm.col(m) + fitted_mm_.segment<3>(3 * m));
+  }
+}
+
+}  // namespace risorius

@@ -1,0 +1,25 @@
+// Options of AuSolver. Penalties are relative to the mean diagonal of the rig's Gram matrix (mm^2), so that they mean
+// the same for 16 markers and for 256.
+#pragma once
+
+#include "solve/head_pose.h"
+
+namespace risorius {
+
+struct AuSolverOptions {
+  double noise_mm = 0.2;  ///< (0, 10]: standard deviation of a measured marker, per axis
+  double ridge = 1e-3;    ///< [1e-9, 1]: pulls intensities to 0
+  double temporal = 0;    ///< [0, 1000]: pulls towards the last frame at 60 Hz; in inverse proportion to the time step
+  double l1 = 0;          ///< [0, 1]: linear cost of intensity, removes ghosts
+  double left_right = 0;  ///< [0, 1000]: pulls AUnL and AUnR together
+  double robust_threshold_mm = 2.5;  ///< (0, 1000]: a marker further off than this loses weight
+  int robust_iterations = 5;         ///< 0 to 20; 0 = plain least squares
+  double min_visible_share = 0.25;  ///< (0, 1]: of an AU's displacement energy that must be visible to call it observed
+  int pose_refinements = 1;         ///< 0 to 5: alternations of pose and AUs where AUs move stabilisers
+  HeadPoseOptions pose;
+};
+
+/// Throws std::invalid_argument naming the option, its value and its range.
+void validate(const AuSolverOptions& options);
+
+}  // namespace risorius
