@@ -1,8 +1,6 @@
 #include "daemon/config.h"
 
-#include <fstream>
 #include <set>
-#include <sstream>
 
 #include "capture/errors.h"
 #include "capture/marker_set.h"
@@ -106,13 +104,9 @@ void refuse_shared_names_and_ports(const Config& config, ConfigProblems& problem
 
 Config default_config() { return Config{.sources = {SourceConfig{}}}; }
 
-Config parse_config(std::string_view text, const std::string& place) {
-  toml::table table;
-  try {
-    table = toml::parse(text);
-  } catch (const toml::parse_error& error) {
-    throw UserError(fmt::format("{}:{}", place, error.source().begin.line), std::string(error.description()), "see the TOML rules");
-  }
+namespace {
+
+Config config_of(const toml::table& table, const std::string& place) {
   Config config;
   ConfigProblems problems;
   TomlReader root(table, "", problems);
@@ -124,21 +118,15 @@ Config parse_config(std::string_view text, const std::string& place) {
   read_sources(root, defaults, problems, config);
   root.refuse_unknown();
   refuse_shared_names_and_ports(config, problems);
-  if (!problems.lines().empty()) {
-    std::string message = fmt::format("{}: {} problem{}", place, problems.lines().size(), problems.lines().size() == 1 ? "" : "s");
-    for (const auto& line : problems.lines()) message += "\n  " + line;
-    throw UserError(message);
-  }
+  throw_if_any(problems, place);
   return config;
 }
 
-Config load_config(const std::filesystem::path& path) {
-  std::ifstream file(path);
-  if (!file) throw UserError(path.string(), "cannot be read", "give the path of a TOML file, or none for the defaults");
-  std::ostringstream text;
-  text << file.rdbuf();
-  return parse_config(text.str(), path.string());
-}
+}  // namespace
+
+Config parse_config(std::string_view text, const std::string& place) { return config_of(parse_toml(text, place), place); }
+
+Config load_config(const std::filesystem::path& path) { return config_of(parse_toml_file(path), path.string()); }
 
 std::string print_config(const Config& config) {
   TomlPrinter printer;

@@ -21,19 +21,10 @@ std::vector<double> upper_bounds_of(const Rig& rig) {
 
 }  // namespace
 
-std::vector<std::pair<std::string, double>> stabilisers_of(const Rig& rig) {
-  std::vector<std::pair<std::string, double>> stabilisers;
-  for (std::size_t m = 0; m < rig.marker_count(); ++m) {
-    const double weight = rig.stabiliser_weight[static_cast<Eigen::Index>(m)];
-    if (weight > 0) stabilisers.emplace_back(rig.marker_names[m], weight);
-  }
-  return stabilisers;
-}
-
 FramePipeline::FramePipeline(const PipelineOptions& options, Rig rig)
     : rig_(std::move(rig)),
-      despiker_(options.despike, stabilisers_of(rig_)),
-      filler_(options.fill, stabilisers_of(rig_)),
+      despiker_(options.despike),
+      filler_(options.fill),
       solver_(rig_, options.solve),
       continuer_(std::make_unique<DampedVelocity>(upper_bounds_of(rig_), options.damped_velocity), options.continuation),
       neutral_sum_mm_(3, static_cast<Eigen::Index>(rig_.marker_count())),

@@ -40,9 +40,6 @@ struct PipelineOptions {
   DampedVelocityOptions damped_velocity;
 };
 
-/// Names and weights of the rig's stabilisers, as capture/ takes them.
-std::vector<std::pair<std::string, double>> stabilisers_of(const Rig& rig);
-
 class FramePipeline {
  public:
   /// Throws UserError where options or rig are not valid.

@@ -12,8 +12,8 @@ void refuse_unfit_rig(const TakeReader& take, const FramePipeline& pipeline) {
   if (!pipeline.rig_problem().empty()) throw UserError(take.info().path.string() + ": " + pipeline.rig_problem());
 }
 
-std::vector<MarkerFrame> read_despiked(TakeReader& take, const PipelineOptions& options, const Rig& rig) {
-  Despiker despiker(options.despike, stabilisers_of(rig));
+std::vector<MarkerFrame> read_despiked(TakeReader& take, const DespikerOptions& options) {
+  Despiker despiker(options);
   despiker.use_marker_set(take.info().markers);
   std::vector<MarkerFrame> frames;
   MarkerFrame frame, cleaned;
@@ -51,7 +51,7 @@ void solve_both_directions(TakeReader& take, const PipelineOptions& options, con
   } catch (const UserError& error) {
     throw UserError(take.info().path.string() + ": " + error.what());
   }
-  std::vector<MarkerFrame> frames = read_despiked(take, options, rig);
+  std::vector<MarkerFrame> frames = read_despiked(take, options.despike);
   fill_offline(frames, take.info().markers, fill);
   SolvedFrame solved;
   for (std::size_t i = 0; i < frames.size(); ++i) {

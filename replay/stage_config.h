@@ -22,6 +22,11 @@ void read_stage_tables(TomlReader& reader, StageConfig& stages);
 void print_stage_tables(TomlPrinter& printer, const StageConfig& stages);
 std::string print_stage_config(const StageConfig& stages);
 
+/// Throw UserError: what is wrong with the file or the text; all problems in one message.
+toml::table parse_toml_file(const std::filesystem::path& path);
+toml::table parse_toml(std::string_view text, const std::string& place);
+void throw_if_any(const ConfigProblems& problems, const std::string& place);
+
 /// The stage tables of a configuration file of the daemon; its other tables are left to the daemon. Throws UserError.
 StageConfig load_stage_config(const std::filesystem::path& path);
 

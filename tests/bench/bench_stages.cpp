@@ -116,10 +116,10 @@ void time_pass(const Recorded& recorded, const Rig& rig, Times& times) {
   times.add("reorder", timed([&] { pass_through(reorder, recorded.frames, ordered); }), count);
   FramePipeline stages(options, rig);
   stages.use_marker_set(recorded.set);
-  Despiker despiker = make_despiker(options, rig);
+  Despiker despiker(options.despike);
   despiker.use_marker_set(recorded.set);
   times.add("despike", timed([&] { pass_through(despiker, ordered, despiked); }), count);
-  GapFiller filler = make_filler(options, rig);
+  GapFiller filler(options.fill);
   filler.use_marker_set(recorded.set);
   times.add("fill", timed([&] { pass_through(filler, despiked, filled); }), count);
   AuSolver solver(rig, options.solve);
