@@ -17,9 +17,6 @@ constexpr double kPriorNoiseMm2 = 1.0;
 constexpr double kNoisePriorSamples = 10;
 /// The residual variance follows the model, so it forgets faster than the model itself.
 constexpr double kNoiseMemorySamples = 300;
-/// The loadings are estimates themselves, and a new expression lies outside of them: conditioning believes in this many
-/// times the learnt noise, or weak directions explode. Measured on a real take: 4 and 64 are worse at every gap length.
-constexpr double kModelDoubt = 16;
 /// A leap of the tracker's clock must not make the model forget everything.
 constexpr double kLongestFrameS = 1.0;
 
@@ -34,13 +31,16 @@ MarkerStatistics::MarkerStatistics(MarkerStatisticsOptions options) : options_(o
   require_positive("memory_s", options.memory_s);
   require_positive("noise_floor_mm", options.noise_floor_mm);
   require_positive("learn_rate_hz", options.learn_rate_hz);
+  if (!(options.model_doubt >= 1 && std::isfinite(options.model_doubt))) {
+    throw UserError("model_doubt", fmt::format("{} is not >= 1", options.model_doubt), "16 is the default");
+  }
   reset();
 }
 
 MarkerStatistics::Marker MarkerStatistics::unseen_marker() noexcept {
   Marker marker;
   marker.learnt_noise_mm2 = kPriorNoiseMm2;
-  marker.noise_mm2 = kModelDoubt * kPriorNoiseMm2;
+  marker.noise_mm2 = kPriorNoiseMm2;
   marker.block_mm.fill(Eigen::Vector3d::Zero());
   return marker;
 }
@@ -102,7 +102,7 @@ void MarkerStatistics::condition_precision() noexcept {
     precision_.setIdentity();
     for (Marker& marker : markers_) {
       marker.conditioned = 0;
-      marker.noise_mm2 = kModelDoubt * marker.learnt_noise_mm2;
+      marker.noise_mm2 = options_.model_doubt * marker.learnt_noise_mm2;
     }
   }
   for (Marker& marker : markers_) {

@@ -14,6 +14,7 @@
 #include "capture/despiker.h"
 #include "capture/gap_baselines.h"
 #include "capture/gap_filler.h"
+#include "capture/offline_repair.h"
 #include "support/marker_csv.h"
 #include "support/marker_defects.h"
 #include "support/test_data.h"
@@ -107,6 +108,7 @@ void bench_fill(const test::MarkerTake& take, int draws) {
       {"hold", [](auto& frames, const auto& set) { fill_causal(frames, set, FillMethod::kHold); }},
       {"damped velocity", [](auto& frames, const auto& set) { fill_causal(frames, set, FillMethod::kDampedVelocity); }},
       {"low-rank, causal", [](auto& frames, const auto& set) { fill_causal(frames, set, FillMethod::kLowRank); }},
+      {"low-rank, offline", [](auto& frames, const auto& set) { fill_offline(frames, set, {}); }},
   };
   std::printf("%-18s", "gap x markers");
   for (const Task& task : kTasks) std::printf("  %15zux%-7zu", task.gap, task.markers);
