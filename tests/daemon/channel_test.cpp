@@ -1,0 +1,49 @@
+#include "daemon/channel.h"
+
+#include <thread>
+
+#include <gtest/gtest.h>
+
+namespace risorius {
+namespace {
+
+TEST(Channel, KeepsRoomForControlItemsWhenFramesFillIt) {
+  Channel<int> channel(64);
+  int accepted = 0;
+  while (channel.send_frame(accepted)) ++accepted;
+  EXPECT_GE(accepted, 64);
+  EXPECT_EQ(channel.refused_frames(), 1u);
+  EXPECT_TRUE(channel.send_control(-1));
+  EXPECT_EQ(channel.refused_control(), 0u);
+  for (int i = 0; i < accepted; ++i) {
+    ASSERT_NE(channel.front(), nullptr);
+    EXPECT_EQ(*channel.front(), i);
+    channel.release();
+  }
+  EXPECT_EQ(*channel.front(), -1) << "in the order in which they were sent";
+}
+
+TEST(Channel, WakesASleepingConsumerForEveryItem) {
+  constexpr int kItems = 20'000;
+  Channel<int> channel(64);
+  std::jthread producer([&] {
+    for (int i = 0; i < kItems;) {
+      if (channel.send_frame(i)) {
+        ++i;
+      } else {
+        std::this_thread::yield();
+      }
+    }
+  });
+  int expected = 0;
+  while (expected < kItems) {
+    while (const int* item = channel.front()) {
+      ASSERT_EQ(*item, expected++);
+      channel.release();
+    }
+    if (expected < kItems) channel.wait();
+  }
+}
+
+}  // namespace
+}  // namespace risorius

@@ -1,0 +1,70 @@
+#include "daemon/config.h"
+
+#include <gtest/gtest.h>
+
+#include "capture/errors.h"
+
+namespace risorius {
+namespace {
+
+std::string error_of(const std::string& toml) {
+  try {
+    parse_config(toml, "test.toml");
+  } catch (const UserError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Config, EmptyFileIsTheDefault) { EXPECT_EQ(print_config(parse_config("", "empty.toml")), print_config(default_config())); }
+
+TEST(Config, PrintedConfigurationReadsBackEqual) {
+  Config config = default_config();
+  config.sources[0].name = "left";
+  config.sources.push_back(config.sources[0]);
+  config.sources[1].name = "right";
+  config.sources[1].listen = "zmq+tcp://127.0.0.1:7010";
+  config.sources[1].rig = "a \"quoted\" \\ path.json";
+  config.sources[1].stages.pipeline.fill.max_gap_ns = 123'456'789;
+  config.sources[1].stages.pipeline.despike.method = DespikeMethod::kDisplacement;
+  config.output.status_interval_s = 0.1;
+  const std::string printed = print_config(config);
+  EXPECT_EQ(print_config(parse_config(printed, "printed.toml")), printed);
+  EXPECT_EQ(parse_config(printed, "printed.toml").sources[1].stages.pipeline.fill.max_gap_ns, 123'456'789);
+}
+
+TEST(Config, StageTablesAtTheTopHoldForAllSourcesUnlessOverridden) {
+  const Config config = parse_config(
+      "[fill]\nmax_gap_s = 1.5\nmethod = \"hold\"\n[[source]]\nname = \"a\"\nlisten = \"udp://127.0.0.1:1\"\n"
+      "[[source]]\nname = \"b\"\nlisten = \"udp://127.0.0.1:2\"\n[source.fill]\nmethod = \"none\"\n",
+      "t");
+  ASSERT_EQ(config.sources.size(), 2u);
+  EXPECT_EQ(config.sources[0].stages.pipeline.fill.method, FillMethod::kHold);
+  EXPECT_EQ(config.sources[1].stages.pipeline.fill.method, FillMethod::kNone);
+  EXPECT_EQ(config.sources[1].stages.pipeline.fill.max_gap_ns, 1'500'000'000);
+}
+
+TEST(Config, NamesKeyValueAndRemedyOfEveryProblem) {
+  const std::string error = error_of("[solve]\nridge = \"much\"\nnoise_mm = 99\nrobust_iterations = 1.5\n[despike]\nmethod = \"magic\"\n");
+  for (const char* part : {"4 problems", "solve.ridge", "much", "solve.noise_mm", "99", "0.001 to 10", "robust_iterations", "whole number",
+                           "despike.method", "magic", "\"displacement\""}) {
+    EXPECT_NE(error.find(part), std::string::npos) << part << " in: " << error;
+  }
+}
+
+TEST(Config, RefusesUnknownKeysEverywhere) {
+  for (const char* toml : {"colour = 1", "[output]\npublsh = \"x\"", "[[source]]\nporte = 3", "[[source]]\n[source.fill]\nmax_gap = 3", "[fil]\n"}) {
+    EXPECT_NE(error_of(toml).find("unknown key"), std::string::npos) << toml;
+  }
+}
+
+TEST(Config, RefusesSourcesThatShareNameOrPort) {
+  const std::string one = "[[source]]\nname = \"a\"\nlisten = \"udp://127.0.0.1:7000\"\n";
+  EXPECT_NE(error_of(one + one).find("2 problems"), std::string::npos);
+  EXPECT_NE(error_of("source = 5").find("[[source]]"), std::string::npos);
+}
+
+TEST(Config, SaysWhereTheTomlIsBroken) { EXPECT_NE(error_of("[output]\npublish = \n").find("test.toml, line 2"), std::string::npos); }
+
+}  // namespace
+}  // namespace risorius

@@ -1,0 +1,82 @@
+// The service in this process, so that the pipeline thread's allocations can be counted.
+#include "daemon/service.h"
+
+#include <thread>
+
+#include <nlohmann/json.hpp>
+
+#include <gtest/gtest.h>
+
+#include "capture/errors.h"
+#include "replay/daemon_client.h"
+#include "replay/performer.h"
+#include "replay/sender.h"
+#include "solve/builtin_face.h"
+#include "support/allocation_counter.h"
+
+namespace risorius {
+namespace {
+
+Config on_free_ports() {
+  Config config = default_config();
+  config.sources[0].listen = "udp://127.0.0.1:0";
+  config.output.publish = config.output.control = "tcp://127.0.0.1:*";
+  return config;
+}
+
+void wait_for_solved(const Service& service, std::uint64_t frames) {
+  const auto begin = std::chrono::steady_clock::now();
+  while (service.status().at("streams").at("face").at("solved").get<std::uint64_t>() < frames) {
+    ASSERT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(60));
+    std::this_thread::yield();
+  }
+}
+
+/// Sends the performer's frames, never more than 64 ahead of the pipeline, so that nothing is dropped on a busy machine.
+void stream(const Service& service, std::uint64_t frames) {
+  Sender sender(parse_send_target(service.input_endpoint(0)));
+  PerformerTake take(builtin_rig(), PerformerOptions{.seconds = static_cast<double>(frames) / 120});
+  sender.send_marker_set(take.info().markers);
+  MarkerFrame frame;
+  for (std::uint64_t sent = 0; take.next(frame); ++sent) {
+    if (sent >= 64) wait_for_solved(service, sent - 64);
+    sender.send_frame(frame);
+  }
+  wait_for_solved(service, frames);
+}
+
+TEST(Service, PipelineThreadAllocatesNothingPerFrame) {
+  Service service(on_free_ports(), &test::allocations_of_this_thread);
+  std::jthread running([&] { service.run(); });
+  stream(service, 1200);
+  service.stop();
+  running.join();
+  EXPECT_EQ(service.allocations_in_frames(), 0u);
+  const auto face = service.status().at("streams").at("face");
+  EXPECT_EQ(face.at("solved"), 1200);
+  EXPECT_GT(face.at("fill").at("filled_markers"), 0) << "gaps were filled too";
+  EXPECT_GT(face.at("continuations"), 0);
+}
+
+TEST(Service, RefusesABusyPublishAddress) {
+  Config config = on_free_ports();
+  const Service first(config);
+  config.output.publish = first.publish_endpoint();
+  try {
+    const Service second(config);
+    FAIL() << "two services on one port";
+  } catch (const UserError& error) {
+    EXPECT_NE(std::string(error.what()).find("another program"), std::string::npos) << error.what();
+  }
+}
+
+TEST(Service, EndsCleanlyWithoutAnyFrame) {
+  Service service(on_free_ports());
+  std::jthread running([&] { service.run(); });
+  EXPECT_TRUE(ask_daemon(service.control_endpoint(), {{"command", "stop"}}, std::chrono::seconds(10)).at("ok"));
+  running.join();
+  EXPECT_EQ(service.status().at("streams").at("face").at("solved"), 0);
+}
+
+}  // namespace
+}  // namespace risorius
