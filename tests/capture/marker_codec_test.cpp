@@ -69,7 +69,8 @@ const char* const kEndHex =
 
 TEST(MarkerCodec, ReadsBytesWrittenByHand) {
   NativeMessage message;
-  ASSERT_EQ(decode(bytes_of_hex(std::string(kSetHex) + "B8B03C9A"), message), DecodeError::kNone);
+  const Bytes set_bytes = bytes_of_hex(std::string(kSetHex) + "B8B03C9A");
+  ASSERT_EQ(decode(set_bytes, message), DecodeError::kNone);
   const auto set = std::get<MarkerSetPart>(message);
   EXPECT_EQ(set.session, 0x01020304u);
   EXPECT_EQ(set.set_id, 7u);
@@ -83,7 +84,8 @@ TEST(MarkerCodec, ReadsBytesWrittenByHand) {
   EXPECT_EQ(take_name(names), "nose");
   EXPECT_TRUE(names.empty());
 
-  ASSERT_EQ(decode(bytes_of_hex(std::string(kFrameHex) + "94D0574E"), message), DecodeError::kNone);
+  const Bytes frame_bytes = bytes_of_hex(std::string(kFrameHex) + "94D0574E");
+  ASSERT_EQ(decode(frame_bytes, message), DecodeError::kNone);
   const auto part = std::get<MarkerFramePart>(message);
   EXPECT_EQ(part.sequence, 9u);
   EXPECT_EQ(part.capture_time_ns, 123456);
@@ -97,7 +99,8 @@ TEST(MarkerCodec, ReadsBytesWrittenByHand) {
   EXPECT_EQ(frame.state[1], MarkerState::kMissing);
   EXPECT_EQ(frame.reason[1], RejectReason::kNone);
 
-  ASSERT_EQ(decode(bytes_of_hex(std::string(kEndHex) + "C93135AC"), message), DecodeError::kNone);
+  const Bytes end_bytes = bytes_of_hex(std::string(kEndHex) + "C93135AC");
+  ASSERT_EQ(decode(end_bytes, message), DecodeError::kNone);
   EXPECT_EQ(std::get<EndOfStream>(message).frames_sent, 10u);
   EXPECT_EQ(std::get<EndOfStream>(message).last_sequence, 9u);
 }

@@ -223,6 +223,49 @@ TEST(ReorderWindow, HoldsItsLawsUnderChaos) {
   }
 }
 
+bool equal(const MarkerFrame& a, const MarkerFrame& b) {
+  return a.header.sequence == b.header.sequence && a.header.stream_id == b.header.stream_id &&
+         a.header.capture_time_ns == b.header.capture_time_ns && a.header.receive_time_ns == b.header.receive_time_ns &&
+         a.count == b.count && a.state == b.state && a.reason == b.reason && a.position_mm == b.position_mm &&
+         a.standard_deviation_mm == b.standard_deviation_mm;
+}
+
+TEST(ReorderWindow, HandsFramesOnUnchangedAndAlikeEveryTime) {
+  std::vector<MarkerFrame> sent;
+  for (const std::uint64_t sequence : {0, 2, 1, 1, 6, 5, 9, 3, 7}) {
+    MarkerFrame frame = frame_of(sequence);
+    frame.header.stream_id = 7;
+    frame.header.receive_time_ns = static_cast<std::int64_t>(100 - sequence);
+    frame.count = kMaxMarkers;
+    for (std::size_t i = 0; i < kMaxMarkers; ++i) {
+      frame.state[i] = static_cast<MarkerState>((sequence + i) % 4);
+      frame.reason[i] = static_cast<RejectReason>((sequence + i) % 7);
+      frame.position_mm[i] = {static_cast<float>(sequence), static_cast<float>(i), 1};
+      frame.standard_deviation_mm[i] = static_cast<float>(sequence + i);
+    }
+    sent.push_back(frame);
+  }
+  std::vector<MarkerFrame> first;
+  for (int round = 0; round < 2; ++round) {
+    ReorderWindow window({.depth = 3});
+    std::vector<MarkerFrame> received;
+    MarkerFrame frame;
+    for (const auto& in : sent) {
+      ASSERT_TRUE(window.push(in));
+      while (window.pop(frame)) received.push_back(frame);
+    }
+    window.flush();
+    while (window.pop(frame)) received.push_back(frame);
+    ASSERT_EQ(received.size(), 7u);  // 0 to 2; 5, 6 when 9 made three that wait; 7, 9; but 3 came too late
+    for (const auto& out : received) {
+      const auto same = [&out](const MarkerFrame& in) { return equal(in, out); };
+      EXPECT_TRUE(std::any_of(sent.begin(), sent.end(), same)) << out.header.sequence;
+    }
+    if (round == 0) first = received;
+    EXPECT_TRUE(std::equal(first.begin(), first.end(), received.begin(), received.end(), equal));
+  }
+}
+
 TEST(ReorderWindow, AllocatesNothing) {
   ReorderWindow window;
   MarkerFrame frame;
