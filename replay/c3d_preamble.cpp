@@ -106,7 +106,7 @@ std::string parameter_records(const MarkerSet& markers, const std::string& softw
   section.begin_group("MANUFACTURER");
   section.add_text("COMPANY", "Risorius");
   section.add_text("SOFTWARE", "Risorius");
-  section.add_text("VERSION", software_version);
+  section.add_text("VERSION_LABEL", software_version);
   return section.records();
 }
 

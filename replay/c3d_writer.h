@@ -14,7 +14,7 @@ namespace risorius {
 class C3dWriter final : public TakeWriter {
  public:
   /// The set's rate must be above 0; its unit and axes are not used: frames are in mm and LUF. `software_version` goes
-  /// into MANUFACTURER:VERSION. Throws UserError.
+  /// into MANUFACTURER:VERSION_LABEL. Throws UserError.
   C3dWriter(const std::filesystem::path& path, MarkerSet markers, std::string software_version);
 
   /// Frames follow each other at the set's rate: C3D keeps no time per frame. Throws std::invalid_argument if the frame
