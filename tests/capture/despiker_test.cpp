@@ -1,8 +1,7 @@
 #include "capture/despiker.h"
 
-#include <limits>
-
 #include <gtest/gtest.h>
+#include <limits>
 
 #include "capture/errors.h"
 #include "support/allocation_counter.h"

@@ -2,13 +2,12 @@
 // with white noise, and a head that may move. The truth in the head's frame is known for every frame.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <cmath>
+#include <fmt/format.h>
 #include <random>
 #include <string>
 #include <vector>
-
-#include <Eigen/Geometry>
-#include <fmt/format.h>
 
 #include "support/marker_csv.h"
 
