@@ -16,7 +16,7 @@ namespace {
 constexpr double kPriorNoiseMm2 = 1.0;
 constexpr double kNoisePriorSamples = 10;
 /// The residual variance follows the model, so it forgets faster than the model itself.
-constexpr double kNoiseMemorySamples = 300;
+constexpr double kNoiseMemorySamples = 50;
 /// A leap of the tracker's clock must not make the model forget everything.
 constexpr double kLongestFrameS = 1.0;
 

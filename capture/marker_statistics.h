@@ -15,8 +15,8 @@
 
 namespace risorius {
 
-/// Why model_doubt? The directions are estimates themselves, and a new expression lies outside of them: believed at face
-/// value, weak directions explode. Measured on a real take while it is being learnt: 4 and 64 are worse than 16.
+/// Why model_doubt? The directions are estimates themselves, and a new expression lies outside of them: believed at
+/// face value, weak directions explode. Measured on a real take while it is being learnt: 4 and 64 are worse than 16.
 struct MarkerStatisticsOptions {
   double memory_s = 60;          ///< time constant of forgetting, > 0
   double noise_floor_mm = 0.05;  ///< no marker is believed to be measured better than this (per axis), > 0

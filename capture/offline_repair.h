@@ -24,7 +24,7 @@ struct OfflineFillOptions {
   OfflineFillMethod method = OfflineFillMethod::kLowRank;
   std::int64_t max_gap_ns = 10'000'000'000;  ///< a longer gap stays missing altogether, > 0
   HeadFrameOptions head_frame;
-  MarkerStatisticsOptions statistics{.memory_s = 1e6, .model_doubt = 4};
+  MarkerStatisticsOptions statistics{.memory_s = 1e6, .model_doubt = 16};
   std::function<void(double)> progress;  ///< called now and then with the share done, 0 to 1; may be empty
 };
 

@@ -20,6 +20,10 @@ struct MarkerTake {
   std::vector<MarkerFrame> frames;
 };
 
+inline double distance_mm(Position a, Position b) {
+  return std::hypot(double{a.x} - double{b.x}, double{a.y} - double{b.y}, double{a.z} - double{b.z});
+}
+
 inline MarkerTake read_marker_csv(const std::filesystem::path& path, double rate_hz) {
   constexpr float kMmPerCm = 10;
   MarkerTake take;

@@ -20,10 +20,6 @@ struct Defects {
   std::vector<std::vector<float>> displaced_mm;
 };
 
-inline double distance_mm(Position a, Position b) {
-  return std::hypot(double{a.x} - double{b.x}, double{a.y} - double{b.y}, double{a.z} - double{b.z});
-}
-
 class DefectMaker {
  public:
   DefectMaker(const MarkerTake& take, std::uint64_t seed) : clean_(take.frames), random_(seed) {
