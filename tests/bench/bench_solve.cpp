@@ -225,6 +225,15 @@ struct Method {
   double worst_difference = 0;  // from the live path's solution
 };
 
+void print_table(const std::vector<Method>& methods) {
+  const double unit = percentile(methods.front().us, 0.5);
+  for (const Method& method : methods) {
+    const std::string difference = method.x == nullptr ? "-" : fmt::format("{:.1e}", method.worst_difference);
+    fmt::print("  {:28} median {:9.1f} us  p99 {:9.1f} us  ratio to live {:7.2f}  largest difference {}\n", method.name,
+               percentile(method.us, 0.5), percentile(method.us, 0.99), percentile(method.us, 0.5) / unit, difference);
+  }
+}
+
 void bench(int markers, int aus, int frames) {
   const Problem p = make_problem(markers, aus, frames);
   LivePath live(p), occluded(p);
@@ -260,12 +269,7 @@ void bench(int markers, int aus, int frames) {
   }
   fmt::print("{} markers x {} AUs, {} frames, {:.2f} free sets per frame\n", markers, aus, frames,
              static_cast<double>(live.free_sets) / frames);
-  const double unit = percentile(methods.front().us, 0.5);
-  for (const Method& method : methods) {
-    fmt::print("  {:28} median {:9.1f} us  p99 {:9.1f} us  ratio to live {:7.2f}  largest difference {:.1e}\n",
-               method.name, percentile(method.us, 0.5), percentile(method.us, 0.99), percentile(method.us, 0.5) / unit,
-               method.worst_difference);
-  }
+  print_table(methods);
 }
 
 }  // namespace
