@@ -12,16 +12,10 @@
 namespace risorius {
 namespace {
 
-/// Nothing that a camera volume holds is further away; beyond lies a decoding error.
-constexpr float kFurthestMm = 1e6f;
 /// As in head_pose.cpp: three standard deviations of a normal distribution, from its median.
 constexpr double kMediansToThreshold = 3 * 1.4826;
 /// The time step at which the temporal penalty has its nominal weight, and the shortest one believed.
 constexpr double kNominalStep_s = 1.0 / 60, kShortestStep_s = 1e-4;
-
-bool usable(const Position& p) noexcept {
-  return std::abs(p.x) <= kFurthestMm && std::abs(p.y) <= kFurthestMm && std::abs(p.z) <= kFurthestMm;
-}
 
 Rig checked(Rig rig) {
   if (const std::vector<std::string> problems = problems_of(rig); !problems.empty()) {
@@ -58,6 +52,7 @@ Pose to_pose(const RigidTransform& t) noexcept {
 AuSolver::AuSolver(Rig rig, const AuSolverOptions& options)
     : rig_(checked(std::move(rig))),
       options_(checked(options)),
+      markers_(rig_, options_.noise_mm),
       basis_(rig_),
       head_pose_(rig_.marker_count(), options_.pose),
       qp_(static_cast<int>(rig_.au_count())),
@@ -75,13 +70,10 @@ AuSolver::AuSolver(Rig rig, const AuSolverOptions& options)
   stabiliser_weight_.resize(stabilisers_.size());
   seen_.resize(aus);
   observed_.resize(aus);
-  set_index_.assign(markers, -1);
-  world_mm_.resize(markers);
-  measured_.resize(markers);
   residual_mm_.resize(markers);
   scratch_.resize(markers);
   const auto m_count = static_cast<Eigen::Index>(markers), k_count = static_cast<Eigen::Index>(aus);
-  for (Eigen::VectorXd* v : {&base_weight_, &weight_, &gram_weight_}) *v = Eigen::VectorXd::Zero(m_count);
+  for (Eigen::VectorXd* v : {&weight_, &gram_weight_}) *v = Eigen::VectorXd::Zero(m_count);
   for (Eigen::VectorXd* v : {&y_mm_, &weighted_y_mm_, &fitted_mm_}) *v = Eigen::VectorXd::Zero(3 * m_count);
   for (Eigen::VectorXd* v :
        {&x_, &share_, &b_, &b_fit_, &fixed_, &upper_, &solution_, &variance_, &temporal_, &previous_x_}) {
@@ -91,32 +83,9 @@ AuSolver::AuSolver(Rig rig, const AuSolverOptions& options)
 }
 
 void AuSolver::use_marker_set(const MarkerSet& set) {
-  const std::vector<int> index = index_map(set.names, rig_.marker_names);
-  std::vector<std::string> missing;
-  std::size_t stabilisers = 0;
-  Eigen::VectorXd present = Eigen::VectorXd::Zero(basis_.marker_count());
-  for (std::size_t m = 0; m < index.size(); ++m) {
-    const auto column = static_cast<Eigen::Index>(m);
-    if (index[m] < 0) {
-      missing.push_back(rig_.marker_names[m]);
-    } else {
-      present[column] = 1;
-      stabilisers += rig_.stabiliser_weight[column] > 0;
-    }
-  }
-  if (stabilisers < 3 || 2 * missing.size() > index.size()) {
-    throw UserError("marker set " + std::to_string(set.id),
-                    fmt::format("the rig does not match the take: {} of the rig's {} markers and {} of its {} "
-                                "stabilisers are there; missing: {}",
-                                index.size() - missing.size(), index.size(), stabilisers, stabilisers_.size(),
-                                fmt::join(missing, ", ")),
-                    "use the rig of this take, or map its marker names");
-  }
-  set_index_ = index;
-  marker_set_id_ = set.id;
-  set_count_ = static_cast<std::uint32_t>(set.names.size());
-  basis_.use_weights(present);
-  gram_weight_ = present;
+  markers_.use_marker_set(rig_, set);
+  gram_weight_ = markers_.present();
+  basis_.use_weights(gram_weight_);
   basis_.gram(gram_weight_, gram_);
 }
 
@@ -129,7 +98,7 @@ void AuSolver::set_neutral(const Eigen::Matrix3Xd& neutral_mm) {
 bool AuSolver::push(const MarkerFrame& frame) noexcept {
   if (has_out_) return false;
   ledger_.received.add();
-  if (set_count_ == 0 || frame.header.set_id != marker_set_id_ || frame.count != set_count_) {
+  if (!markers_.accepts(frame)) {
     ledger_.refused.add();
     return true;
   }
@@ -162,7 +131,7 @@ void AuSolver::solve(const MarkerFrame& frame, AuFrame& out) noexcept {
   out.header = frame.header;
   out.header.set_id = au_set_id_;
   out.count = static_cast<std::uint32_t>(rig_.au_count());
-  read_markers(frame);
+  markers_.read(frame);
   HeadPoseResult pose = estimate_pose();
   if (!pose.determined) {
     out.status = SolverStatus::kTooFewMarkers;
@@ -186,41 +155,19 @@ void AuSolver::solve(const MarkerFrame& frame, AuFrame& out) noexcept {
   last_time_ns_ = frame.header.capture_time_ns;
 }
 
-void AuSolver::read_markers(const MarkerFrame& frame) noexcept {
-  const double noise2 = options_.noise_mm * options_.noise_mm;
-  for (std::size_t m = 0; m < set_index_.size(); ++m) {
-    const auto column = static_cast<Eigen::Index>(m);
-    base_weight_[column] = 0;
-    measured_[m] = 0;
-    if (set_index_[m] < 0) continue;
-    const auto i = static_cast<std::size_t>(set_index_[m]);
-    const Position& p = frame.position_mm[i];
-    if (!usable(p)) continue;
-    world_mm_[m] = {p.x, p.y, p.z};
-    if (frame.state[i] == MarkerState::kMeasured) {
-      measured_[m] = 1;
-      base_weight_[column] = 1;
-    } else if (frame.state[i] == MarkerState::kFilled) {
-      const double deviation = frame.standard_deviation_mm[i];
-      const double weight = noise2 / (noise2 + deviation * deviation);
-      if (weight > 0) base_weight_[column] = weight;  // false for NaN
-    }
-  }
-}
-
 /// Against the face as it was fitted last, so that AUs that move stabilisers do not turn the head.
 HeadPoseResult AuSolver::estimate_pose() noexcept {
   for (std::size_t s = 0; s < stabilisers_.size(); ++s) {
     const auto m = static_cast<Eigen::Index>(stabilisers_[s]);
     stabiliser_head_mm_[s] = rig_.neutral_mm.col(m) + fitted_mm_.segment<3>(3 * m);
-    stabiliser_world_mm_[s] = world_mm_[static_cast<std::size_t>(m)];
-    stabiliser_weight_[s] = rig_.stabiliser_weight[m] * base_weight_[m];
+    stabiliser_world_mm_[s] = markers_.world_mm(static_cast<std::size_t>(m));
+    stabiliser_weight_[s] = rig_.stabiliser_weight[m] * markers_.weight()[m];
   }
   return head_pose_.estimate(stabiliser_head_mm_, stabiliser_world_mm_, stabiliser_weight_);
 }
 
 void AuSolver::decide_observed() noexcept {
-  basis_.visible_share(base_weight_, share_);
+  basis_.visible_share(markers_.weight(), share_);
   for (std::size_t i = 0; i < observed_.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
     observed_[i] = share_[k] >= options_.min_visible_share;
@@ -245,10 +192,10 @@ QpResult AuSolver::fit() noexcept {
   const RigidTransform head_from_world = world_from_head_.inverse();
   for (Eigen::Index m = 0; m < basis_.marker_count(); ++m) {
     y_mm_.segment<3>(3 * m).setZero();
-    if (!(base_weight_[m] > 0)) continue;
-    y_mm_.segment<3>(3 * m) = head_from_world * world_mm_[static_cast<std::size_t>(m)] - rig_.neutral_mm.col(m);
+    if (!(markers_.weight()[m] > 0)) continue;
+    y_mm_.segment<3>(3 * m) = head_from_world * markers_.world_mm(static_cast<std::size_t>(m)) - rig_.neutral_mm.col(m);
   }
-  weight_ = base_weight_;
+  weight_ = markers_.weight();
   for (int iteration = 0;; ++iteration) {
     const QpResult qp = fit_weighted();
     measure_residuals();
@@ -295,14 +242,15 @@ void AuSolver::measure_residuals() noexcept {
 bool AuSolver::reweigh(int iteration) noexcept {
   std::size_t used = 0;
   for (std::size_t m = 0; m < residual_mm_.size(); ++m) {
-    if (base_weight_[static_cast<Eigen::Index>(m)] > 0) scratch_[used++] = residual_mm_[m];
+    if (markers_.weight()[static_cast<Eigen::Index>(m)] > 0) scratch_[used++] = residual_mm_[m];
   }
   const double threshold =
       std::max(options_.robust_threshold_mm, kMediansToThreshold * lower_median(std::span(scratch_).first(used)));
   bool changed = false;
   for (std::size_t m = 0; m < residual_mm_.size(); ++m) {
     const auto column = static_cast<Eigen::Index>(m);
-    const double weight = base_weight_[column] * robust_weight(residual_mm_[m], threshold, robust_power(iteration));
+    const double weight =
+        markers_.weight()[column] * robust_weight(residual_mm_[m], threshold, robust_power(iteration));
     changed = changed || weight != weight_[column];
     weight_[column] = weight;
   }
@@ -316,8 +264,8 @@ void AuSolver::publish(const QpResult& qp, AuFrame& out) noexcept {
   out.world_from_head = to_pose(world_from_head_);
   double squared = 0;
   int measured = 0;
-  for (std::size_t m = 0; m < measured_.size(); ++m) {
-    if (!measured_[m]) continue;
+  for (std::size_t m = 0; m < residual_mm_.size(); ++m) {
+    if (!markers_.is_measured(m)) continue;
     squared += residual_mm_[m] * residual_mm_[m];
     ++measured;
   }

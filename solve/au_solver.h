@@ -21,6 +21,7 @@
 #include "solve/head_pose.h"
 #include "solve/marker_basis.h"
 #include "solve/rig.h"
+#include "solve/rig_markers.h"
 
 namespace risorius {
 
@@ -54,7 +55,6 @@ class AuSolver {
  private:
   void start_take() noexcept;
   void solve(const MarkerFrame& frame, AuFrame& out) noexcept;
-  void read_markers(const MarkerFrame& frame) noexcept;
   HeadPoseResult estimate_pose() noexcept;
   void decide_observed() noexcept;
   void prepare_penalties(std::int64_t capture_time_ns) noexcept;
@@ -68,6 +68,7 @@ class AuSolver {
 
   Rig rig_;
   AuSolverOptions options_;
+  RigMarkers markers_;
   MarkerBasis basis_;
   HeadPose head_pose_;
   BoundedQp qp_;
@@ -75,10 +76,6 @@ class AuSolver {
   std::vector<std::pair<int, int>> left_right_pairs_;
   std::vector<int> stabilisers_;  // rig markers
   bool stabilisers_move_ = false;
-
-  std::uint32_t marker_set_id_ = 0;
-  std::uint32_t set_count_ = 0;  // markers in the set; 0 = none given yet
-  std::vector<int> set_index_;   // of each rig marker in the set, or -1
 
   // The state that lasts from frame to frame.
   bool fresh_ = true;
@@ -88,9 +85,7 @@ class AuSolver {
   std::vector<char> seen_;  // K: observed since the take began
 
   // Of the frame at work, allocated once. M markers, K AUs.
-  std::vector<Eigen::Vector3d> world_mm_;             // M
-  std::vector<char> measured_;                        // M
-  Eigen::VectorXd base_weight_, weight_;              // M
+  Eigen::VectorXd weight_;                            // M
   Eigen::VectorXd gram_weight_;                       // M: the weights gram_ belongs to
   Eigen::VectorXd y_mm_, weighted_y_mm_, fitted_mm_;  // 3M
   std::vector<double> residual_mm_, scratch_;         // M

@@ -93,6 +93,51 @@ TEST(AuSolver, KktResidualStaysBelowItsBarOnNoisyFramesOfEverySize) {
   }
 }
 
+/// Equation (2) of solve/README.md, written out.
+double objective(const Rig& rig, const AuSolverOptions& o, const MarkerFrame& frame, const AuFrame& out,
+                 const Eigen::VectorXd& weight, const Eigen::VectorXd& previous, const Eigen::VectorXd& x) {
+  RigidTransform world_from_head;
+  world_from_head.rotation = Eigen::Quaterniond(out.world_from_head.rotation_xyzw.data());
+  world_from_head.translation = Eigen::Vector3d(out.world_from_head.translation_mm.data());
+  double sum = 0, unit = 0;
+  for (int m = 0; m < kMarkers; ++m) {
+    const Position& p = frame.position_mm[m];
+    Eigen::Vector3d rest = rig.neutral_mm.col(m) - world_from_head.inverse() * Eigen::Vector3d(p.x, p.y, p.z);
+    for (int i = 0; i < kAus; ++i) rest += x[i] * rig.aus[i].displacement_mm.col(m);
+    sum += weight[m] / 2 * rest.squaredNorm();
+  }
+  for (const RigAu& au : rig.aus) unit += au.displacement_mm.squaredNorm() / kAus;
+  sum += unit * (o.ridge / 2 * x.squaredNorm() + o.l1 * x.sum() + o.temporal / 2 * (x - previous).squaredNorm());
+  for (int i = 0; i + 1 < kAus; i += 2) sum += unit * o.left_right / 2 * (x[i] - x[i + 1]) * (x[i] - x[i + 1]);
+  return sum;
+}
+
+TEST(AuSolver, NoFeasibleChangeLowersTheStatedObjective) {
+  const AuSolverOptions options{.ridge = 0.01, .temporal = 0.05, .l1 = 0.02, .left_right = 0.05};
+  Bench bench(options);
+  Eigen::VectorXd previous = Eigen::VectorXd::Zero(kAus);
+  for (int f = 0; f < 20; ++f) {
+    MarkerFrame frame = noisy_frame(bench.rig(), f);
+    frame.position_mm[20 + f].y += 15;  // so that robust weights are at work
+    const AuFrame out = bench.solve(frame);
+    const Eigen::VectorXd x = Eigen::Map<const Eigen::VectorXd>(out.intensity.data(), kAus);
+    if (f == 0) {
+      previous = x;  // the first frame has no temporal term
+      continue;
+    }
+    const Eigen::VectorXd weight = bench.solver().marker_weights();
+    const double least = objective(bench.rig(), options, frame, out, weight, previous, x);
+    for (int i = 0; i < kAus; ++i) {
+      for (const double change : {-1e-3, 1e-3}) {
+        Eigen::VectorXd other = x;
+        other[i] = std::clamp(x[i] + change, 0.0, bench.rig().aus[i].upper_bound);
+        EXPECT_GE(objective(bench.rig(), options, frame, out, weight, previous, other), least * (1 - 1e-9));
+      }
+    }
+    previous = x;
+  }
+}
+
 TEST(AuSolver, HeadMotionAloneLeavesIntensitiesAtZero) {
   Bench bench;
   for (int f = 0; f < 60; ++f) {
