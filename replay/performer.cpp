@@ -75,6 +75,7 @@ double Performance::Sway::at(double time_s) const noexcept {
 
 Performance::Performance(Rig rig, const PerformerOptions& options)
     : rig_(checked(std::move(rig))),
+      head_mm_(rig_.neutral_mm),
       options_(checked(options)),
       frame_count_(static_cast<std::uint64_t>(std::ceil(options.seconds * options.rate_hz - 1e-9))),
       script_(names_of(rig_), options.seconds, options.seed),
@@ -129,12 +130,12 @@ bool Performance::next(MarkerFrame& observed, AuFrame& truth, MarkerFrame& clean
   const Eigen::Quaterniond rotation(pose.rotation_xyzw[3], pose.rotation_xyzw[0], pose.rotation_xyzw[1],
                                     pose.rotation_xyzw[2]);
   const Eigen::Vector3d translation(pose.translation_mm[0], pose.translation_mm[1], pose.translation_mm[2]);
+  head_mm_ = rig_.neutral_mm;
+  for (std::size_t k = 0; k < rig_.au_count(); ++k) {
+    if (truth.intensity[k] != 0) head_mm_ += truth.intensity[k] * rig_.aus[k].displacement_mm;
+  }
   for (std::size_t m = 0; m < rig_.marker_count(); ++m) {
-    const auto column = static_cast<Eigen::Index>(m);
-    Eigen::Vector3d head_mm = rig_.neutral_mm.col(column);
-    for (std::size_t k = 0; k < rig_.au_count(); ++k)
-      head_mm += truth.intensity[k] * rig_.aus[k].displacement_mm.col(column);
-    clean.position_mm[m] = rounded(rotation * head_mm + translation);
+    clean.position_mm[m] = rounded(rotation * head_mm_.col(static_cast<Eigen::Index>(m)) + translation);
   }
   defects_.apply(clean, observed);
   return true;

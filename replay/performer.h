@@ -52,6 +52,7 @@ class Performance {
   Pose pose_at(double time_s) const noexcept;
 
   Rig rig_;
+  Eigen::Matrix3Xd head_mm_;  ///< 3 x M, of the frame at hand
   PerformerOptions options_;
   std::uint64_t frame_count_;
   std::uint64_t next_index_ = 0;
