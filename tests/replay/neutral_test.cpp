@@ -19,7 +19,8 @@ class ListTake : public TakeReader {
  public:
   explicit ListTake(std::vector<MarkerFrame> frames) : frames_(std::move(frames)) {
     info_.path = "list";
-    for (std::uint32_t m = 0; m < frames_.at(0).count; ++m) info_.markers.names.push_back(std::string("M").append(std::to_string(m)));
+    for (std::uint32_t m = 0; m < frames_.at(0).count; ++m)
+      info_.markers.names.push_back(std::string("M").append(std::to_string(m)));
   }
   const TakeInfo& info() const noexcept override { return info_; }
   bool next(MarkerFrame& frame) override {
