@@ -10,7 +10,7 @@ namespace risorius {
 
 inline constexpr const char* kBuiltinLayout = "iemocap55";
 
-/// A few milliseconds; always the same.
+/// Built anew by each call, in tens of milliseconds; always the same.
 FaceModel builtin_face();
 
 /// The rig of the built-in face's 55 markers, held still by forehead, head band and nose bridge.

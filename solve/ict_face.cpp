@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <map>
+#include <fstream>
+#include <sstream>
 #include <string_view>
 #include <utility>
 
@@ -130,12 +131,26 @@ class OpenMeshSilence {
   OpenMeshSilence& operator=(const OpenMeshSilence&) = delete;
 };
 
+/// The file's text; of an expression only the vertex lines, because its faces are the neutral's and building them again
+/// is most of the work.
+std::stringstream text_of(const std::filesystem::path& path, bool has_faces) {
+  std::ifstream file(path);
+  std::stringstream text;
+  for (std::string line; std::getline(file, line);) {
+    if (has_faces || line.starts_with("v ")) text << line << '\n';
+  }
+  return text;
+}
+
 /// OpenMesh keeps the order of an OBJ's vertices and appends copies for faces that are not manifold.
-Mesh read_mesh(const std::filesystem::path& path) {
+Mesh read_mesh(const std::filesystem::path& path, bool has_faces) {
   const OpenMeshSilence silence;
+  std::stringstream text = text_of(path, has_faces);
+  OpenMesh::IO::Options options;
   Mesh mesh;
-  if (!OpenMesh::IO::read_mesh(mesh, path.string()))
+  if (!OpenMesh::IO::read_mesh(mesh, text, ".obj", options)) {
     throw UserError(path.string(), "not an OBJ file", std::string(kReleaseHint));
+  }
   if (mesh.n_vertices() != static_cast<std::size_t>(kIctVertexCount)) {
     throw UserError(path.string(),
                     std::to_string(mesh.n_vertices()) + " vertices instead of " + std::to_string(kIctVertexCount),
@@ -188,7 +203,7 @@ FaceModel load_ict_face(const std::filesystem::path& folder, const LoadProgress&
   require_files(folder, files);
   std::size_t files_read = 0;
   const auto read = [&](std::string_view shape) {
-    Mesh mesh = read_mesh(path_of(folder, shape));
+    Mesh mesh = read_mesh(path_of(folder, shape), shape == kNeutralName);
     ++files_read;
     if (progress) progress(files_read, files.size());
     return mesh;

@@ -20,7 +20,7 @@ inline constexpr int kIctFaceVertexCount = 9409;
 /// Called after each file that was read.
 using LoadProgress = std::function<void(std::size_t files_read, std::size_t files_in_all)>;
 
-/// Reads with OpenMesh; takes seconds. Throws UserError naming every file that is missing, or the file that is not
+/// Reads with OpenMesh; takes about two seconds. Throws UserError naming every file that is missing, or the file that is not
 /// ICT-FaceKit's mesh.
 FaceModel load_ict_face(const std::filesystem::path& folder, const LoadProgress& progress = {});
 

@@ -71,7 +71,9 @@ LandmarkMap parse_landmark_map(std::string_view json, const std::string& place) 
 
 LandmarkMap load_landmark_map(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
-  if (!file) throw UserError(path.string(), "cannot be read", "check the path");
+  // A folder opens, too, and fails only when read.
+  if (!file || !std::filesystem::is_regular_file(path))
+    throw UserError(path.string(), "cannot be read", "check the path");
   const std::string json((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
   return parse_landmark_map(json, path.string());
 }

@@ -73,6 +73,7 @@ TEST(LandmarkMap, FindsFilesAndNamesTheShippedOnesOtherwise) {
   const std::string path = (folder.path() / "mine.json").string();
   std::ofstream(path) << kGood;
   EXPECT_EQ(find_landmark_map(path).name, "lab");
+  EXPECT_THROW(find_landmark_map(folder.path().string()), UserError);
   try {
     find_landmark_map("nowhere");
     FAIL();
