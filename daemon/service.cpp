@@ -10,6 +10,7 @@
 
 #include <csignal>
 
+#include <boost/asio/post.hpp>
 #include <nlohmann/json.hpp>
 
 #include "capture/monotonic_clock.h"

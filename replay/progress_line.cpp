@@ -53,7 +53,11 @@ void ProgressLine::draw(std::uint64_t done, std::uint64_t of, bool last) {
   if (!last && of > done && rate > 0) line += ", " + duration_text(static_cast<double>(of - done) / rate) + " left";
   if (last) line += fmt::format(", {:.1f} s", seconds);
   // The terminal's line is padded: a shorter text must cover the longer one before it.
-  fmt::print(stderr, terminal_ ? "\r{:<100}{}" : "{}{}", line, last || !terminal_ ? "\n" : "");
+  if (terminal_) {
+    fmt::print(stderr, "\r{:<100}{}", line, last ? "\n" : "");
+  } else {
+    fmt::print(stderr, "{}\n", line);
+  }
   std::fflush(stderr);
 }
 

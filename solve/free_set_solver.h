@@ -3,7 +3,7 @@
 // With D = diag(H_FF) and the scaled matrix D^-1/2 H_FF D^-1/2 = L L^T, ceres::TinySolver minimises
 //     1/2 || L^T z - L^-1 D^-1/2 c_F ||^2,   x_F = D^-1/2 z:
 // square, with zero residual at the optimum, so that its cost keeps full relative precision. TinySolver's dynamic sizes
-// allocate at every product; therefore one fixed-size solver per multiple of 8, padded with the identity.
+// allocate at every product; therefore one fixed-size solver per multiple of 16, padded with the identity.
 #pragma once
 
 #include <Eigen/Core>
