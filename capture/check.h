@@ -5,10 +5,10 @@
 #include <cstdlib>
 
 // A macro, because it prints the expression and its place.
-#define RISORIUS_CHECK(expression)                                                                     \
-  do {                                                                                                 \
-    if (!(expression)) {                                                                               \
-      std::fprintf(stderr, "%s:%d: broken invariant: %s\n", __FILE__, __LINE__, #expression);          \
-      std::abort();                                                                                    \
-    }                                                                                                  \
+#define RISORIUS_CHECK(expression)                                                            \
+  do {                                                                                        \
+    if (!(expression)) {                                                                      \
+      std::fprintf(stderr, "%s:%d: broken invariant: %s\n", __FILE__, __LINE__, #expression); \
+      std::abort();                                                                           \
+    }                                                                                         \
   } while (false)

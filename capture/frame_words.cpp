@@ -4,42 +4,60 @@ namespace risorius {
 
 std::string_view word_of(SolverStatus status) noexcept {
   switch (status) {
-    case SolverStatus::kNotSolved: return "not_solved";
-    case SolverStatus::kConverged: return "converged";
-    case SolverStatus::kIterationLimit: return "iteration_limit";
-    case SolverStatus::kTooFewMarkers: return "too_few_markers";
+    case SolverStatus::kNotSolved:
+      return "not_solved";
+    case SolverStatus::kConverged:
+      return "converged";
+    case SolverStatus::kIterationLimit:
+      return "iteration_limit";
+    case SolverStatus::kTooFewMarkers:
+      return "too_few_markers";
   }
   return "not_solved";
 }
 
 std::string_view word_of(RejectReason reason) noexcept {
   switch (reason) {
-    case RejectReason::kNone: return "none";
-    case RejectReason::kJump: return "jump";
-    case RejectReason::kDeviation: return "deviation";
-    case RejectReason::kNeighbourDistance: return "neighbour_distance";
-    case RejectReason::kGhost: return "ghost";
-    case RejectReason::kSwap: return "swap";
-    case RejectReason::kNotFinite: return "not_finite";
+    case RejectReason::kNone:
+      return "none";
+    case RejectReason::kJump:
+      return "jump";
+    case RejectReason::kDeviation:
+      return "deviation";
+    case RejectReason::kNeighbourDistance:
+      return "neighbour_distance";
+    case RejectReason::kGhost:
+      return "ghost";
+    case RejectReason::kSwap:
+      return "swap";
+    case RejectReason::kNotFinite:
+      return "not_finite";
   }
   return "none";
 }
 
 char letter_of(MarkerState state) noexcept {
   switch (state) {
-    case MarkerState::kMeasured: return '.';
-    case MarkerState::kFilled: return 'f';
-    case MarkerState::kRejected: return 'r';
-    case MarkerState::kMissing: return 'o';
+    case MarkerState::kMeasured:
+      return '.';
+    case MarkerState::kFilled:
+      return 'f';
+    case MarkerState::kRejected:
+      return 'r';
+    case MarkerState::kMissing:
+      return 'o';
   }
   return 'o';
 }
 
 char letter_of(AuState state) noexcept {
   switch (state) {
-    case AuState::kObserved: return 'o';
-    case AuState::kHeld: return 'h';
-    case AuState::kNotObserved: return '-';
+    case AuState::kObserved:
+      return 'o';
+    case AuState::kHeld:
+      return 'h';
+    case AuState::kNotObserved:
+      return '-';
   }
   return '-';
 }

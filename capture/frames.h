@@ -1,7 +1,7 @@
 // The values that travel through Risorius: marker frames, AU frames, continuations and ticks.
 // All are trivially copyable and of fixed capacity; a default-constructed value means "nothing seen".
-// Positions are millimetres in the world axes of capture/marker_set.h (x to the subject's left, y up, z out of the face),
-// rounded to float once, in the reader or codec. Times are nanoseconds.
+// Positions are millimetres in the world axes of capture/marker_set.h (x to the subject's left, y up, z out of the
+// face), rounded to float once, in the reader or codec. Times are nanoseconds.
 #pragma once
 
 #include <array>
@@ -31,11 +31,11 @@ struct Timecode {
 };
 
 struct FrameHeader {
-  std::uint32_t stream_id = 0;         ///< which [[source]] or take
-  std::uint32_t set_id = 0;            ///< marker-set id, or AU-set id in an AuFrame
-  std::uint64_t sequence = 0;          ///< as the tracker counted
-  std::int64_t capture_time_ns = 0;    ///< the tracker's clock
-  std::int64_t receive_time_ns = 0;    ///< CLOCK_MONOTONIC right after the receive call; 0 offline; no stage reads it
+  std::uint32_t stream_id = 0;       ///< which [[source]] or take
+  std::uint32_t set_id = 0;          ///< marker-set id, or AU-set id in an AuFrame
+  std::uint64_t sequence = 0;        ///< as the tracker counted
+  std::int64_t capture_time_ns = 0;  ///< the tracker's clock
+  std::int64_t receive_time_ns = 0;  ///< CLOCK_MONOTONIC right after the receive call; 0 offline; no stage reads it
   Timecode timecode;
 };
 
@@ -72,8 +72,8 @@ struct AuFrame {
   AuFrameKind kind = AuFrameKind::kSolved;
   SolverStatus status = SolverStatus::kNotSolved;
   Pose world_from_head;
-  double residual_rms_mm = 0;         ///< over the measured markers, per marker (3D distance)
-  double kkt_residual = 0;            ///< || x - clip(x - D^-1 g, 0, ub) ||_inf of the whole objective
+  double residual_rms_mm = 0;  ///< over the measured markers, per marker (3D distance)
+  double kkt_residual = 0;     ///< || x - clip(x - D^-1 g, 0, ub) ||_inf of the whole objective
   std::array<AuState, kMaxAus> state{};
   std::array<double, kMaxAus> intensity{};  ///< 0 to the rig's bound (1.2)
   std::array<double, kMaxAus> standard_deviation{};
@@ -89,7 +89,8 @@ struct Continuation {
   std::array<std::array<float, kMaxAus>, kMaxContinuationSteps> standard_deviation{};
 };
 
-/// Time that passes without a frame. Where a stage must act on time alone it acts on a Tick, which is recorded like a frame.
+/// Time that passes without a frame. Where a stage must act on time alone it acts on a Tick, which is recorded like a
+/// frame.
 struct Tick {
   std::uint32_t stream_id = 0;
   std::int64_t time_ns = 0;  ///< the clock that `receive_time_ns` is read from

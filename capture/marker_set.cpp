@@ -1,11 +1,10 @@
 #include "capture/marker_set.h"
 
 #include <cmath>
+#include <fmt/format.h>
 #include <string>
 #include <unordered_map>
 #include <unordered_set>
-
-#include <fmt/format.h>
 
 namespace risorius {
 namespace {
@@ -17,13 +16,20 @@ struct Direction {
 
 std::optional<Direction> direction_of(char letter) {
   switch (letter) {
-    case 'L': return Direction{0, 1};
-    case 'R': return Direction{0, -1};
-    case 'U': return Direction{1, 1};
-    case 'D': return Direction{1, -1};
-    case 'F': return Direction{2, 1};
-    case 'B': return Direction{2, -1};
-    default: return std::nullopt;
+    case 'L':
+      return Direction{0, 1};
+    case 'R':
+      return Direction{0, -1};
+    case 'U':
+      return Direction{1, 1};
+    case 'D':
+      return Direction{1, -1};
+    case 'F':
+      return Direction{2, 1};
+    case 'B':
+      return Direction{2, -1};
+    default:
+      return std::nullopt;
   }
 }
 
@@ -68,7 +74,8 @@ std::vector<std::string> problems_of(const MarkerSet& set) {
   std::vector<std::string> problems;
   if (set.names.empty()) problems.push_back("the marker set has no names");
   if (set.names.size() > kMaxMarkers) {
-    problems.push_back(fmt::format("{} markers are more than the {} that a frame can hold", set.names.size(), kMaxMarkers));
+    problems.push_back(
+        fmt::format("{} markers are more than the {} that a frame can hold", set.names.size(), kMaxMarkers));
   }
   std::unordered_set<std::string_view> seen;
   for (const auto& name : set.names) {
@@ -76,7 +83,8 @@ std::vector<std::string> problems_of(const MarkerSet& set) {
     if (name.size() > kMaxNameBytes) {
       problems.push_back(fmt::format("marker name \"{}\" is longer than {} bytes", name, kMaxNameBytes));
     }
-    if (!name.empty() && !seen.insert(name).second) problems.push_back(fmt::format("marker name \"{}\" stands twice", name));
+    if (!name.empty() && !seen.insert(name).second)
+      problems.push_back(fmt::format("marker name \"{}\" stands twice", name));
   }
   if (!std::isfinite(set.rate_hz) || set.rate_hz < 0) {
     problems.push_back(fmt::format("rate {} Hz is not a finite number >= 0", set.rate_hz));

@@ -38,11 +38,11 @@ class Axes {
 
 /// Names, rate, unit and axes of a stream of marker frames.
 struct MarkerSet {
-  std::uint32_t id = 0;             ///< the sender's number for this set; frames name it
-  std::vector<std::string> names;   ///< unique, 1 to kMaxMarkers of them, 1 to kMaxNameBytes bytes each
-  double rate_hz = 0;               ///< 0 = not stated
-  double mm_per_unit = 1;           ///< of the source's numbers: 1 mm, 10 cm, 1000 m
-  Axes axes;                        ///< of the source's numbers; frames inside Risorius are always LUF
+  std::uint32_t id = 0;            ///< the sender's number for this set; frames name it
+  std::vector<std::string> names;  ///< unique, 1 to kMaxMarkers of them, 1 to kMaxNameBytes bytes each
+  double rate_hz = 0;              ///< 0 = not stated
+  double mm_per_unit = 1;          ///< of the source's numbers: 1 mm, 10 cm, 1000 m
+  Axes axes;                       ///< of the source's numbers; frames inside Risorius are always LUF
 
   friend bool operator==(const MarkerSet&, const MarkerSet&) = default;
 };

@@ -1,8 +1,7 @@
 #include "capture/rigid_alignment.h"
 
-#include <cmath>
-
 #include <Eigen/Eigenvalues>
+#include <cmath>
 
 #include "capture/check.h"
 
@@ -15,10 +14,10 @@ constexpr double kCollinearSpreadRatio = 1e-3;
 /// Horn's symmetric matrix N, whose largest eigenvector is the quaternion (w, x, y, z).
 Eigen::Matrix4d horn_matrix(const Eigen::Matrix3d& s) noexcept {
   Eigen::Matrix4d n;
-  n << s(0, 0) + s(1, 1) + s(2, 2), s(1, 2) - s(2, 1), s(2, 0) - s(0, 2), s(0, 1) - s(1, 0),
-      s(1, 2) - s(2, 1), s(0, 0) - s(1, 1) - s(2, 2), s(0, 1) + s(1, 0), s(2, 0) + s(0, 2),
-      s(2, 0) - s(0, 2), s(0, 1) + s(1, 0), -s(0, 0) + s(1, 1) - s(2, 2), s(1, 2) + s(2, 1),
-      s(0, 1) - s(1, 0), s(2, 0) + s(0, 2), s(1, 2) + s(2, 1), -s(0, 0) - s(1, 1) + s(2, 2);
+  n << s(0, 0) + s(1, 1) + s(2, 2), s(1, 2) - s(2, 1), s(2, 0) - s(0, 2), s(0, 1) - s(1, 0), s(1, 2) - s(2, 1),
+      s(0, 0) - s(1, 1) - s(2, 2), s(0, 1) + s(1, 0), s(2, 0) + s(0, 2), s(2, 0) - s(0, 2), s(0, 1) + s(1, 0),
+      -s(0, 0) + s(1, 1) - s(2, 2), s(1, 2) + s(2, 1), s(0, 1) - s(1, 0), s(2, 0) + s(0, 2), s(1, 2) + s(2, 1),
+      -s(0, 0) - s(1, 1) + s(2, 2);
   return n;
 }
 

@@ -2,10 +2,9 @@
 // (Horn 1987, unit quaternions). Always a rotation: a registration never mirrors.
 #pragma once
 
-#include <span>
-
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <span>
 
 namespace risorius {
 

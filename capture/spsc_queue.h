@@ -1,4 +1,5 @@
-// A bounded ring between one producer thread and one consumer thread, lock-free and without allocation after construction.
+// A bounded ring between one producer thread and one consumer thread, lock-free and without allocation after
+// construction.
 //
 //        head_ (consumer)          tail_ (producer)
 //           v                          v
@@ -19,11 +20,12 @@
 namespace risorius {
 
 template <class T>
-  requires std::is_trivially_copyable_v<T>
+requires std::is_trivially_copyable_v<T>
 class SpscQueue {
  public:
   /// Rounds the capacity up to a power of two.
-  explicit SpscQueue(std::size_t capacity) : ring_(std::bit_ceil(capacity < 2 ? 2 : capacity)), mask_(ring_.size() - 1) {}
+  explicit SpscQueue(std::size_t capacity)
+      : ring_(std::bit_ceil(capacity < 2 ? 2 : capacity)), mask_(ring_.size() - 1) {}
   SpscQueue(const SpscQueue&) = delete;
   SpscQueue& operator=(const SpscQueue&) = delete;
 

@@ -14,14 +14,20 @@
 
 namespace risorius {
 
-/// push returns false when the stage is not ready: nothing was consumed, the caller keeps the value, pops, and pushes again.
+/// push returns false when the stage is not ready: nothing was consumed, the caller keeps the value, pops, and pushes
+/// again.
 template <class S, class In, class Out>
 concept Stage = requires(S s, const S& cs, const In& in, Out& out, Tick t) {
-  { s.push(in) } noexcept -> std::same_as<bool>;
-  { s.pop(out) } noexcept -> std::same_as<bool>;
-  { s.tick(t) } noexcept;
-  { s.flush() } noexcept;
-  { cs.ledger() } noexcept -> std::same_as<const StageLedger&>;
+  { s.push(in) }
+  noexcept->std::same_as<bool>;
+  { s.pop(out) }
+  noexcept->std::same_as<bool>;
+  { s.tick(t) }
+  noexcept;
+  { s.flush() }
+  noexcept;
+  { cs.ledger() }
+  noexcept->std::same_as<const StageLedger&>;
 };
 
 }  // namespace risorius

@@ -1,4 +1,5 @@
-// What this program is: recorded with every session, because results are bit-equal only within one version and instruction set.
+// What this program is: recorded with every session, because results are bit-equal only within one version and
+// instruction set.
 #pragma once
 
 namespace risorius {

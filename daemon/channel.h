@@ -11,8 +11,9 @@ namespace risorius {
 template <class T>
 class Channel {
  public:
-  /// Overflow policy: a frame that finds less than the reserve free is refused and counted (the newest goes, so that what
-  /// is in the queue stays in order); control items (sets, ends of takes) may use the reserve, so frames never push them out.
+  /// Overflow policy: a frame that finds less than the reserve free is refused and counted (the newest goes, so that
+  /// what is in the queue stays in order); control items (sets, ends of takes) may use the reserve, so frames never
+  /// push them out.
   explicit Channel(std::size_t capacity) : queue_(capacity + kReserve) {}
 
   /// Producer.

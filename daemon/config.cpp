@@ -4,6 +4,7 @@
 
 #include "capture/errors.h"
 #include "capture/marker_set.h"
+#include "replay/send_target.h"
 
 namespace risorius {
 namespace {
@@ -31,7 +32,8 @@ void visit_record(V& v, C& c) {
 
 template <class V, class C>
 void visit_queues(V& v, C& c) {
-  v.number("admission", c.admission, 16, 65536, "frames from the sources to the pipeline; full: the newest is dropped, counted");
+  v.number("admission", c.admission, 16, 65536,
+           "frames from the sources to the pipeline; full: the newest is dropped, counted");
   v.number("publish", c.publish, 16, 65536, "frames to the publisher; full: not published, counted");
   v.number("record", c.record, 16, 65536, "frames to the recorder; full: not recorded, counted");
 }
@@ -48,13 +50,20 @@ void visit_source(V& v, C& c) {
 }
 
 void check_source(const SourceConfig& source, const std::string& place, ConfigProblems& problems) {
-  const bool name_is_plain = !source.name.empty() && source.name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_") == std::string::npos;
-  if (!name_is_plain) problems.add(place + ".name", "\"" + source.name + "\" cannot name a folder", "use letters, digits, - and _");
-  if (!source.listen.starts_with("udp://") && !source.listen.starts_with("zmq+tcp://")) {
-    problems.add(place + ".listen", "\"" + source.listen + "\" is not an address that can be listened on", "give udp://ADDRESS:PORT or zmq+tcp://ADDRESS:PORT");
+  const bool name_is_plain =
+      !source.name.empty() &&
+      source.name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_") ==
+          std::string::npos;
+  if (!name_is_plain)
+    problems.add(place + ".name", "\"" + source.name + "\" cannot name a folder", "use letters, digits, - and _");
+  try {
+    parse_listen_address(source.listen);
+  } catch (const UserError& error) {
+    problems.add(place + ".listen", error.what(), "port 0 lets the system choose");
   }
   if (source.zmq_pattern != "pull" && source.zmq_pattern != "sub") {
-    problems.add(place + ".zmq_pattern", "\"" + source.zmq_pattern + "\" is neither \"pull\" nor \"sub\"", "give one of them");
+    problems.add(place + ".zmq_pattern", "\"" + source.zmq_pattern + "\" is neither \"pull\" nor \"sub\"",
+                 "give one of them");
   }
   if (!source.units.empty() && !parse_unit(source.units)) {
     problems.add(place + ".units", "\"" + source.units + "\" is not a known unit", "give mm, cm, m or \"\"");
@@ -76,7 +85,8 @@ void read_sources(TomlReader& root, const StageConfig& defaults, ConfigProblems&
     problems.add("source", "is not a list of tables", "write [[source]], once for each stream");
     return;
   }
-  if (tables->size() > kMostSources) problems.add("source", fmt::format("{} sources", tables->size()), fmt::format("at most {}", kMostSources));
+  if (tables->size() > kMostSources)
+    problems.add("source", fmt::format("{} sources", tables->size()), fmt::format("at most {}", kMostSources));
   for (std::size_t i = 0; i < tables->size(); ++i) {
     SourceConfig source{.stages = defaults};
     const std::string place = fmt::format("source[{}]", i);
@@ -92,7 +102,8 @@ void read_sources(TomlReader& root, const StageConfig& defaults, ConfigProblems&
 void refuse_shared_names_and_ports(const Config& config, ConfigProblems& problems) {
   std::set<std::string> names, addresses;
   for (const auto& source : config.sources) {
-    if (!names.insert(source.name).second) problems.add("source.name", "two sources are called \"" + source.name + "\"", "give each its own name");
+    if (!names.insert(source.name).second)
+      problems.add("source.name", "two sources are called \"" + source.name + "\"", "give each its own name");
     const bool any_port = source.listen.ends_with(":0");
     if (!any_port && !addresses.insert(source.listen).second) {
       problems.add("source.listen", "two sources listen on " + source.listen, "give each its own port");
@@ -124,7 +135,9 @@ Config config_of(const toml::table& table, const std::string& place) {
 
 }  // namespace
 
-Config parse_config(std::string_view text, const std::string& place) { return config_of(parse_toml(text, place), place); }
+Config parse_config(std::string_view text, const std::string& place) {
+  return config_of(parse_toml(text, place), place);
+}
 
 Config load_config(const std::filesystem::path& path) { return config_of(parse_toml_file(path), path.string()); }
 

@@ -49,7 +49,8 @@ struct Config {
 /// One source with all defaults.
 Config default_config();
 
-/// Throws UserError that lists all problems together: unknown keys, wrong types, values out of range, each with what to do.
+/// Throws UserError that lists all problems together: unknown keys, wrong types, values out of range, each with what to
+/// do.
 Config load_config(const std::filesystem::path& path);
 Config parse_config(std::string_view toml, const std::string& place);
 

@@ -1,14 +1,14 @@
 // Answers control messages on a ZeroMQ REP socket, on the I/O thread. A message is a MessagePack (or JSON) map with
-// "command"; the answer is a MessagePack map with "ok" and, if it is false, "error". daemon/README.md lists the commands.
+// "command"; the answer is a MessagePack map with "ok" and, if it is false, "error". daemon/README.md lists the
+// commands.
 #pragma once
-
-#include <cstdint>
-#include <functional>
-#include <string>
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
+#include <cstdint>
+#include <functional>
 #include <nlohmann/json_fwd.hpp>
+#include <string>
 #include <zmq.hpp>
 
 #include "capture/counters.h"

@@ -20,14 +20,16 @@ class LatencyHistogram {
     max_ns_.raise_to(static_cast<std::uint64_t>(std::max<std::int64_t>(0, duration_ns)));
   }
 
-  /// The duration in microseconds that a share `quantile` of the samples does not exceed (bucket's upper edge); 0 if empty.
+  /// The duration in microseconds that a share `quantile` of the samples does not exceed (bucket's upper edge); 0 if
+  /// empty.
   double quantile_us(double quantile) const noexcept {
     const double wanted = quantile * static_cast<double>(count_.value());
     double seen = 0;
     for (std::size_t i = 0; i < buckets_.size(); ++i) {
       seen += static_cast<double>(buckets_[i].value());
       if (seen >= wanted && seen > 0) {
-        return std::min(std::exp2(static_cast<double>(i + 1) / kPerOctave), static_cast<double>(max_ns_.value()) * 1e-3);
+        return std::min(std::exp2(static_cast<double>(i + 1) / kPerOctave),
+                        static_cast<double>(max_ns_.value()) * 1e-3);
       }
     }
     return 0;

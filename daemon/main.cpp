@@ -1,8 +1,7 @@
 // risoriusd: the live service.
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
-
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -12,7 +11,8 @@
 #include "daemon/status.h"
 
 int main(int argc, char** argv) {
-  CLI::App app("Risorius: live facial motion capture to FACS action units. Without a file: one UDP source, the built-in rig.");
+  CLI::App app(
+      "Risorius: live facial motion capture to FACS action units. Without a file: one UDP source, the built-in rig.");
   app.set_version_flag("--version", fmt::format("risoriusd {} ({})", risorius::kVersion, risorius::kInstructionSet));
   std::string path;
   bool print = false;
@@ -27,7 +27,8 @@ int main(int argc, char** argv) {
     }
     risorius::Service service(config);
     for (std::size_t i = 0; i < config.sources.size(); ++i) {
-      fmt::print("{}: listening on {}, rig {}\n", config.sources[i].name, service.input_endpoint(i), config.sources[i].rig);
+      fmt::print("{}: listening on {}, rig {}\n", config.sources[i].name, service.input_endpoint(i),
+                 config.sources[i].rig);
     }
     fmt::print("publishing on {}, control on {}\n", service.publish_endpoint(), service.control_endpoint());
     std::fflush(stdout);

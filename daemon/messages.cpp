@@ -131,7 +131,8 @@ void encode_aus(const AuFrame& frame, const MessageContext& context, MessageBuff
 
 void encode_continuation(const Continuation& continuation, const MessageContext& context, MessageBuffer& out_buffer) {
   RISORIUS_CHECK(context.names.size() == continuation.au_count);
-  MapWriter out(out_buffer, 2 * bound(context, 5 + 5 * continuation.step_count), kHeaderEntries + 3);  // names stand twice
+  MapWriter out(out_buffer, 2 * bound(context, 5 + 5 * continuation.step_count),
+                kHeaderEntries + 3);  // names stand twice
   write_header(out, continuation.header, context);
   out.key("ahead_ns");
   out.array(continuation.step_count);

@@ -12,10 +12,10 @@ namespace risorius {
 
 /// What every message says beside its frame.
 struct MessageContext {
-  std::string_view stream;                 ///< the source's name
-  std::uint64_t message = 0;               ///< counts the messages of this topic and stream from 0: a gap is the client's own drop
-  std::int64_t publish_time_ns = 0;        ///< CLOCK_MONOTONIC
-  std::span<const std::string> names;      ///< of the markers or AUs, in the frame's order
+  std::string_view stream;    ///< the source's name
+  std::uint64_t message = 0;  ///< counts the messages of this topic and stream from 0: a gap is the client's own drop
+  std::int64_t publish_time_ns = 0;    ///< CLOCK_MONOTONIC
+  std::span<const std::string> names;  ///< of the markers or AUs, in the frame's order
 };
 
 /// A buffer that is reused: encode_* clears it, and it grows only until it has held the largest message.

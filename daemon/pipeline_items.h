@@ -9,8 +9,8 @@
 
 namespace risorius {
 
-/// The one admission point: what the I/O thread hands to the pipeline thread. The order of this queue is the order in which
-/// everything downstream happens; losses happen before it or at it, never after.
+/// The one admission point: what the I/O thread hands to the pipeline thread. The order of this queue is the order in
+/// which everything downstream happens; losses happen before it or at it, never after.
 struct AdmittedItem {
   enum class Kind : std::uint8_t { kFrame, kMarkerSet, kEndOfStream, kNeutralCapture };
   Kind kind = Kind::kFrame;

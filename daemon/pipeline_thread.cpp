@@ -2,9 +2,11 @@
 
 namespace risorius {
 
-PipelineThread::PipelineThread(Channel<AdmittedItem>& admitted, std::deque<PipelineStream>& streams, const Outputs& outputs,
-                               AllocationProbe allocation_probe)
-    : admitted_(admitted), streams_(streams), outputs_(outputs), allocation_probe_(allocation_probe), thread_([this] { run(); }) {}
+PipelineThread::PipelineThread(Channel<AdmittedItem>& admitted, std::deque<PipelineStream>& streams,
+                               const Outputs& outputs, AllocationProbe allocation_probe)
+    : admitted_(admitted), streams_(streams), outputs_(outputs), allocation_probe_(allocation_probe), thread_([this] {
+        run();
+      }) {}
 
 PipelineThread::~PipelineThread() { stop(); }
 
@@ -81,7 +83,8 @@ void PipelineThread::hand_on_solved(PipelineStream& stream, std::uint32_t stream
   }
 }
 
-void PipelineThread::hand_on_control(OutputItem::Kind kind, std::uint32_t stream_id, const MarkerSet* marker_set) noexcept {
+void PipelineThread::hand_on_control(OutputItem::Kind kind, std::uint32_t stream_id,
+                                     const MarkerSet* marker_set) noexcept {
   out_.kind = kind;
   out_.stream_id = stream_id;
   out_.marker_set = marker_set;

@@ -1,6 +1,6 @@
-// The one thread that repairs and solves. It takes admitted items in their order, runs each stream's stages, hands every
-// solved frame to publisher and recorder, and only then asks for the continuation. It sleeps when there is nothing to do.
-// After warm-up it allocates nothing per frame.
+// The one thread that repairs and solves. It takes admitted items in their order, runs each stream's stages, hands
+// every solved frame to publisher and recorder, and only then asks for the continuation. It sleeps when there is
+// nothing to do. After warm-up it allocates nothing per frame.
 #pragma once
 
 #include <atomic>
@@ -29,7 +29,7 @@ struct PipelineStream {
     const std::scoped_lock lock(mutex_);
     rig_problem_ = stages.rig_problem();
   }
-  Counter solved;            ///< frames handed on
+  Counter solved;  ///< frames handed on
   Counter continuations;
   Counter neutral_captures;  ///< completed
 

@@ -2,8 +2,8 @@
 
 #include <cerrno>
 
-#include "capture/monotonic_clock.h"
 #include "capture/errors.h"
+#include "capture/monotonic_clock.h"
 
 namespace risorius {
 
@@ -20,8 +20,9 @@ Publisher::Publisher(zmq::context_t& context, Options options, Channel<OutputIte
     socket_.bind(options_.endpoint);
   } catch (const zmq::error_t& error) {
     throw UserError("[output] publish", "cannot bind \"" + options_.endpoint + "\": " + error.what(),
-                    error.num() == EADDRINUSE ? "another program, perhaps another risoriusd, has this port: end it or choose another port"
-                                              : "give an address of this machine, such as \"tcp://127.0.0.1:7001\"");
+                    error.num() == EADDRINUSE
+                        ? "another program, perhaps another risoriusd, has this port: end it or choose another port"
+                        : "give an address of this machine, such as \"tcp://127.0.0.1:7001\"");
   }
   endpoint_ = socket_.get(zmq::sockopt::last_endpoint);
   thread_ = std::thread([this] { run(); });

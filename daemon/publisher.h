@@ -1,6 +1,6 @@
 // The thread that turns results into MessagePack and publishes them on a ZeroMQ PUB socket (topics markers, au,
-// continuation, status). Off the live path: a slow subscriber loses messages at its own high-water mark and sees it in the
-// message numbers; it never delays anybody.
+// continuation, status). Off the live path: a slow subscriber loses messages at its own high-water mark and sees it in
+// the message numbers; it never delays anybody.
 #pragma once
 
 #include <atomic>
@@ -11,7 +11,6 @@
 #include <string_view>
 #include <thread>
 #include <vector>
-
 #include <zmq.hpp>
 
 #include "daemon/channel.h"
@@ -28,14 +27,15 @@ class Publisher {
     std::vector<std::string> au_names;
   };
   struct Options {
-    std::string endpoint;          ///< such as "tcp://127.0.0.1:7001"; throws UserError if it cannot be bound
-    int high_water_mark = 1000;    ///< messages per subscriber
-    std::vector<Stream> streams;   ///< by stream id
+    std::string endpoint;         ///< such as "tcp://127.0.0.1:7001"; throws UserError if it cannot be bound
+    int high_water_mark = 1000;   ///< messages per subscriber
+    std::vector<Stream> streams;  ///< by stream id
     /// Makes the MessagePack of a status message; called on the publisher thread when a status is due.
     std::function<MessageBuffer(bool last)> make_status;
   };
 
-  Publisher(zmq::context_t& context, Options options, Channel<OutputItem>& results, Channel<Continuation>& continuations);
+  Publisher(zmq::context_t& context, Options options, Channel<OutputItem>& results,
+            Channel<Continuation>& continuations);
   ~Publisher();
   Publisher(const Publisher&) = delete;
   Publisher& operator=(const Publisher&) = delete;
@@ -47,7 +47,9 @@ class Publisher {
 
   /// Where clients can connect (with the port that the system chose, if asked for one).
   const std::string& endpoint() const noexcept { return endpoint_; }
-  const LatencyHistogram& received_to_published(std::uint32_t stream_id) const noexcept { return states_[stream_id].latency; }
+  const LatencyHistogram& received_to_published(std::uint32_t stream_id) const noexcept {
+    return states_[stream_id].latency;
+  }
   std::uint64_t published() const noexcept { return published_.value(); }
 
  private:

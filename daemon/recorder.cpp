@@ -1,7 +1,6 @@
 #include "daemon/recorder.h"
 
 #include <exception>
-
 #include <fmt/format.h>
 
 #include "capture/errors.h"
@@ -64,7 +63,9 @@ void Recorder::record(const OutputItem& item) {
       finish_take(state);  // a take has one marker set
       state.markers = item.marker_set;
       break;
-    case OutputItem::Kind::kEndOfStream: finish_take(state); break;
+    case OutputItem::Kind::kEndOfStream:
+      finish_take(state);
+      break;
     case OutputItem::Kind::kNeutral:
       finish_take(state);  // a take has one neutral
       options_.streams[item.stream_id].rig = options_.current_rig(item.stream_id);
@@ -84,8 +85,9 @@ void Recorder::record(const OutputItem& item) {
 
 void Recorder::begin_take(StreamState& state, const Stream& stream) {
   const auto folder = options_.folder / fmt::format("{}-{:03}", stream.name, ++state.takes);
-  state.take = std::make_unique<TakeDataset>(folder, *state.markers, stream.rig,
-                                             TakeDatasetOptions{.source = stream.name, .metadata_json = stream.metadata_json});
+  state.take =
+      std::make_unique<TakeDataset>(folder, *state.markers, stream.rig,
+                                    TakeDatasetOptions{.source = stream.name, .metadata_json = stream.metadata_json});
 }
 
 void Recorder::finish_take(StreamState& state) {

@@ -27,9 +27,9 @@ class Recorder {
     std::string metadata_json;  ///< into every take.json of the stream
   };
   struct Options {
-    std::filesystem::path folder;  ///< made here; must not exist yet
-    std::vector<Stream> streams;   ///< by stream id
-    std::string card_markdown;     ///< README.md of the dataset
+    std::filesystem::path folder;                             ///< made here; must not exist yet
+    std::vector<Stream> streams;                              ///< by stream id
+    std::string card_markdown;                                ///< README.md of the dataset
     std::function<Rig(std::uint32_t stream_id)> current_rig;  ///< asked when a live neutral was taken
   };
 

@@ -3,18 +3,19 @@
 //   I/O thread (run)                    pipeline thread                      publisher thread -> ZeroMQ PUB
 //   socket -> decoder -> reorder ==admitted_==> despike -> fill -> solve ==to_publish_==^
 //   control, signals, status timer                     '-> continue ==continuations_==^
-//                                                                      '==to_record_==> recorder thread -> dataset folder
+//                                                                      '==to_record_==> recorder thread -> dataset
+//                                                                      folder
 //
-// Data flows to the right only. A value never depends on how fast a thread is: frames are dropped at admission or not at all.
+// Data flows to the right only. A value never depends on how fast a thread is: frames are dropped at admission or not
+// at all.
 #include "daemon/service.h"
 
-#include <csignal>
-
 #include <boost/asio/post.hpp>
+#include <csignal>
 #include <nlohmann/json.hpp>
 
-#include "capture/monotonic_clock.h"
 #include "capture/errors.h"
+#include "capture/monotonic_clock.h"
 #include "capture/version.h"
 #include "daemon/status.h"
 #include "replay/dataset_folder.h"
@@ -58,15 +59,19 @@ Service::Service(const Config& config, PipelineThread::AllocationProbe allocatio
     : config_(config),
       signals_(io_, SIGINT, SIGTERM),
       status_timer_(io_),
-      admitted_(static_cast<std::size_t>(config.queues.admission)),   // full: the newest frame is dropped, counted
-      to_publish_(static_cast<std::size_t>(config.queues.publish)),   // full: the frame is not published, counted
-      continuations_(kContinuationQueue) {                            // full: the prediction is not published, counted
+      admitted_(static_cast<std::size_t>(config.queues.admission)),  // full: the newest frame is dropped, counted
+      to_publish_(static_cast<std::size_t>(config.queues.publish)),  // full: the frame is not published, counted
+      continuations_(kContinuationQueue) {                           // full: the prediction is not published, counted
   for (const auto& source : config_.sources) streams_.emplace_back(source.stages.pipeline, rig_of_argument(source.rig));
-  for (std::uint32_t i = 0; i < config_.sources.size(); ++i) inputs_.emplace_back(io_, i, config_.sources[i], admitted_);
-  control_ = std::make_unique<ControlServer>(io_, zmq_, config_.output.control, [this](const auto& request) { return answer(request); });
+  for (std::uint32_t i = 0; i < config_.sources.size(); ++i)
+    inputs_.emplace_back(io_, i, config_.sources[i], admitted_);
+  control_ = std::make_unique<ControlServer>(io_, zmq_, config_.output.control,
+                                             [this](const auto& request) { return answer(request); });
 
-  Publisher::Options publishing{.endpoint = config_.output.publish, .high_water_mark = static_cast<int>(config_.output.high_water_mark)};
-  for (std::size_t i = 0; i < streams_.size(); ++i) publishing.streams.push_back({config_.sources[i].name, streams_[i].stages.rig().au_names()});
+  Publisher::Options publishing{.endpoint = config_.output.publish,
+                                .high_water_mark = static_cast<int>(config_.output.high_water_mark)};
+  for (std::size_t i = 0; i < streams_.size(); ++i)
+    publishing.streams.push_back({config_.sources[i].name, streams_[i].stages.rig().au_names()});
   publishing.make_status = [this](bool last) {
     auto json = status();
     json["last"] = last;
@@ -74,7 +79,8 @@ Service::Service(const Config& config, PipelineThread::AllocationProbe allocatio
     return MessageBuffer(bytes.begin(), bytes.end());
   };
   if (!config_.record.folder.empty()) {
-    to_record_ = std::make_unique<Channel<OutputItem>>(static_cast<std::size_t>(config_.queues.record));  // full: not recorded, counted
+    to_record_ = std::make_unique<Channel<OutputItem>>(
+        static_cast<std::size_t>(config_.queues.record));  // full: not recorded, counted
     recorder_ = std::make_unique<Recorder>(recorder_options(config_, streams_), *to_record_);
   }
   publisher_ = std::make_unique<Publisher>(zmq_, std::move(publishing), to_publish_, continuations_);
@@ -102,7 +108,8 @@ void Service::run() {
 void Service::stop() { io_.stop(); }
 
 void Service::arm_status_timer() {
-  status_timer_.expires_after(std::chrono::nanoseconds(static_cast<std::int64_t>(config_.output.status_interval_s * 1e9)));
+  status_timer_.expires_after(
+      std::chrono::nanoseconds(static_cast<std::int64_t>(config_.output.status_interval_s * 1e9)));
   status_timer_.async_wait([this](const boost::system::error_code& error) {
     if (error) return;
     publisher_->request_status();
@@ -113,7 +120,8 @@ void Service::arm_status_timer() {
 nlohmann::json Service::status() const {
   nlohmann::json json{{"version", 1}, {"risorius", kVersion}, {"instruction_set", kInstructionSet}};
   for (std::size_t i = 0; i < inputs_.size(); ++i) {
-    json["streams"][inputs_[i].name()] = status_of_stream(inputs_[i], streams_[i], *publisher_, static_cast<std::uint32_t>(i));
+    json["streams"][inputs_[i].name()] =
+        status_of_stream(inputs_[i], streams_[i], *publisher_, static_cast<std::uint32_t>(i));
   }
   json["publish"] = status_of_channel(to_publish_);
   json["publish"]["messages"] = publisher_->published();
@@ -149,7 +157,8 @@ nlohmann::json Service::capture_neutral(const nlohmann::json& request) {
   }
   std::string names;
   for (const auto& input : inputs_) names += (names.empty() ? "" : ", ") + input.name();
-  throw UserError("stream", name.empty() ? "must be given, there are several" : "\"" + name + "\" is not known", "streams: " + names);
+  throw UserError("stream", name.empty() ? "must be given, there are several" : "\"" + name + "\" is not known",
+                  "streams: " + names);
 }
 
 }  // namespace risorius

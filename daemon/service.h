@@ -1,14 +1,13 @@
 // The live service: wires sources, stages, publisher and recorder. service.cpp is the one orchestrating file.
 #pragma once
 
-#include <deque>
-#include <memory>
-#include <string>
-
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <deque>
+#include <memory>
 #include <nlohmann/json_fwd.hpp>
+#include <string>
 #include <zmq.hpp>
 
 #include "daemon/config.h"
@@ -26,8 +25,8 @@ class Service {
   explicit Service(const Config& config, PipelineThread::AllocationProbe allocation_probe = nullptr);
   ~Service();
 
-  /// Runs the I/O thread's event loop in the calling thread until SIGINT, SIGTERM, a stop command or stop(); then works off
-  /// everything that was admitted and completes the recording. Once.
+  /// Runs the I/O thread's event loop in the calling thread until SIGINT, SIGTERM, a stop command or stop(); then works
+  /// off everything that was admitted and completes the recording. Once.
   void run();
   /// From any thread.
   void stop();

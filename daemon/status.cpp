@@ -1,7 +1,6 @@
 #include "daemon/status.h"
 
 #include <array>
-
 #include <fmt/format.h>
 
 #include "capture/frame_words.h"
@@ -41,8 +40,9 @@ nlohmann::json rejected_json(const Despiker& despiker) {
 
 std::uint64_t filled_samples(const GapFiller& filler) {
   std::uint64_t filled = 0;
-  for (const RejectReason reason : {RejectReason::kNone, RejectReason::kJump, RejectReason::kDeviation, RejectReason::kNeighbourDistance,
-                                    RejectReason::kGhost, RejectReason::kSwap, RejectReason::kNotFinite}) {
+  for (const RejectReason reason :
+       {RejectReason::kNone, RejectReason::kJump, RejectReason::kDeviation, RejectReason::kNeighbourDistance,
+        RejectReason::kGhost, RejectReason::kSwap, RejectReason::kNotFinite}) {
     filled += filler.filled(reason).value();
   }
   return filled;
@@ -54,7 +54,8 @@ nlohmann::json status_of_stream(const StreamInput& input, const PipelineStream& 
                                 std::uint32_t stream_id) {
   const DecoderCounters& decoder = input.decoder().counters();
   const ReorderWindow& reorder = input.reorder();
-  nlohmann::json json{{"endpoint", input.endpoint()}, {"rig", stream.current_rig().name}, {"rig_problem", stream.rig_problem()}};
+  nlohmann::json json{
+      {"endpoint", input.endpoint()}, {"rig", stream.current_rig().name}, {"rig_problem", stream.rig_problem()}};
   json["datagrams"] = datagrams_json(input);
   json["frames"] = {{"assembled", ledger_json(decoder.frames)},
                     {"incomplete", decoder.incomplete_frames.value()},
@@ -77,11 +78,13 @@ nlohmann::json status_of_stream(const StreamInput& input, const PipelineStream& 
   json["continuations"] = stream.continuations.value();
   json["neutral_captures"] = stream.neutral_captures.value();
   const LatencyHistogram& latency = publisher.received_to_published(stream_id);
-  json["latency_us"] = {{"p50", latency.quantile_us(0.5)}, {"p99", latency.quantile_us(0.99)}, {"max", latency.max_us()}};
+  json["latency_us"] = {
+      {"p50", latency.quantile_us(0.5)}, {"p99", latency.quantile_us(0.99)}, {"max", latency.max_us()}};
   return json;
 }
 
-nlohmann::json status_of_recorder(const Recorder& recorder, const Channel<OutputItem>& channel, const std::string& folder) {
+nlohmann::json status_of_recorder(const Recorder& recorder, const Channel<OutputItem>& channel,
+                                  const std::string& folder) {
   nlohmann::json json = status_of_channel(channel);
   json["folder"] = folder;
   json["frames"] = recorder.frames_recorded();
@@ -97,31 +100,35 @@ std::string summary_of(const nlohmann::json& status) {
     const auto& datagrams = s.at("datagrams");
     const auto& frames = s.at("frames");
     text += fmt::format("{}\n", name);
-    text += fmt::format("  datagrams  received {}  used {}  dropped {}  refused {}  kernel drops {}\n", datagrams.at("received").dump(),
-                        datagrams.at("emitted").dump(), datagrams.at("dropped").dump(), datagrams.at("refused").dump(),
-                        datagrams.at("kernel_drops").dump());
+    text += fmt::format("  datagrams  received {}  used {}  dropped {}  refused {}  kernel drops {}\n",
+                        datagrams.at("received").dump(), datagrams.at("emitted").dump(), datagrams.at("dropped").dump(),
+                        datagrams.at("refused").dump(), datagrams.at("kernel_drops").dump());
     if (!datagrams.at("errors").empty()) text += fmt::format("    refused for {}\n", datagrams.at("errors").dump());
-    text += fmt::format("  frames     assembled {}  incomplete {}  lost {}  duplicates {}  late {}\n", frames.at("assembled").at("emitted").dump(),
-                        frames.at("incomplete").dump(), frames.at("lost").dump(), s.at("reorder").at("duplicates").dump(),
+    text += fmt::format("  frames     assembled {}  incomplete {}  lost {}  duplicates {}  late {}\n",
+                        frames.at("assembled").at("emitted").dump(), frames.at("incomplete").dump(),
+                        frames.at("lost").dump(), s.at("reorder").at("duplicates").dump(),
                         s.at("reorder").at("late").dump());
-    text += fmt::format("  admitted   {}  dropped {}\n", s.at("admission").at("emitted").dump(), s.at("admission").at("dropped").dump());
+    text += fmt::format("  admitted   {}  dropped {}\n", s.at("admission").at("emitted").dump(),
+                        s.at("admission").at("dropped").dump());
     std::uint64_t rejected = 0;
     for (const auto& [reason, count] : s.at("despike").at("rejected").items()) rejected += count.get<std::uint64_t>();
-    text += fmt::format("  repaired   {} markers rejected, {} filled, {} left missing\n", rejected, s.at("fill").at("filled_markers").dump(),
-                        s.at("fill").at("left_missing_markers").dump());
+    text += fmt::format("  repaired   {} markers rejected, {} filled, {} left missing\n", rejected,
+                        s.at("fill").at("filled_markers").dump(), s.at("fill").at("left_missing_markers").dump());
     text += fmt::format("  solved     {}  continuations {}\n", s.at("solved").dump(), s.at("continuations").dump());
     const auto& latency = s.at("latency_us");
     text += fmt::format("  latency    received to published: median {:.3f} ms, 99 % {:.3f} ms, longest {:.3f} ms\n",
-                        latency.at("p50").get<double>() * 1e-3, latency.at("p99").get<double>() * 1e-3, latency.at("max").get<double>() * 1e-3);
-    if (const auto problem = s.at("rig_problem").get<std::string>(); !problem.empty()) text += fmt::format("  rig        {}\n", problem);
+                        latency.at("p50").get<double>() * 1e-3, latency.at("p99").get<double>() * 1e-3,
+                        latency.at("max").get<double>() * 1e-3);
+    if (const auto problem = s.at("rig_problem").get<std::string>(); !problem.empty())
+      text += fmt::format("  rig        {}\n", problem);
   }
-  text += fmt::format("published {} messages, {} frames dropped by the publisher's queue\n", status.at("publish").at("messages").dump(),
-                      status.at("publish").at("dropped").dump());
+  text += fmt::format("published {} messages, {} frames dropped by the publisher's queue\n",
+                      status.at("publish").at("messages").dump(), status.at("publish").at("dropped").dump());
   if (status.contains("record")) {
     const auto& record = status.at("record");
-    text += fmt::format("recorded {} frames in {} takes to {}; {} dropped, {} not written\n", record.at("frames").dump(),
-                        record.at("takes").dump(), record.at("folder").get<std::string>(), record.at("dropped").dump(),
-                        record.at("frames_not_written").dump());
+    text += fmt::format("recorded {} frames in {} takes to {}; {} dropped, {} not written\n",
+                        record.at("frames").dump(), record.at("takes").dump(), record.at("folder").get<std::string>(),
+                        record.at("dropped").dump(), record.at("frames_not_written").dump());
   }
   return text;
 }

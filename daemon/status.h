@@ -2,9 +2,8 @@
 // One table says what each one is (daemon/README.md is checked against it by a test).
 #pragma once
 
-#include <string>
-
 #include <nlohmann/json.hpp>
+#include <string>
 
 #include "daemon/pipeline_thread.h"
 #include "daemon/publisher.h"
@@ -15,7 +14,8 @@ namespace risorius {
 
 nlohmann::json status_of_stream(const StreamInput& input, const PipelineStream& stream, const Publisher& publisher,
                                 std::uint32_t stream_id);
-nlohmann::json status_of_recorder(const Recorder& recorder, const Channel<OutputItem>& channel, const std::string& folder);
+nlohmann::json status_of_recorder(const Recorder& recorder, const Channel<OutputItem>& channel,
+                                  const std::string& folder);
 
 template <class T>
 nlohmann::json status_of_channel(const Channel<T>& channel) {

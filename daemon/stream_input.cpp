@@ -26,13 +26,14 @@ StreamInput::StreamInput(boost::asio::io_context& io, std::uint32_t stream_id, c
                          Channel<AdmittedItem>& admitted)
     : name_(config.name),
       stream_id_(stream_id),
-      listen_(parse_send_target(config.listen)),
+      listen_(parse_listen_address(config.listen)),
       admitted_(admitted),
       reorder_(config.stages.reorder),
       tick_timer_(io),
       tick_period_ns_(std::max<std::int64_t>(1'000'000, config.stages.reorder.timeout_ns / 4)) {
   if (listen_.transport == Transport::kUdp) {
-    UdpSourceOptions options{.address = listen_.host, .port = listen_.port, .decoder = decoder_options(stream_id, config)};
+    UdpSourceOptions options{
+        .address = listen_.host, .port = listen_.port, .decoder = decoder_options(stream_id, config)};
     options.receive_buffer_bytes = static_cast<std::size_t>(config.receive_buffer_bytes);
     udp_ = std::make_unique<UdpSource>(io, options, [this] { on_ready(); });
     decoder_ = &udp_->decoder();
@@ -67,7 +68,9 @@ std::string StreamInput::endpoint() const {
 
 std::uint64_t StreamInput::kernel_drops() const noexcept { return udp_ ? udp_->counters().kernel_drops.value() : 0; }
 
-std::uint64_t StreamInput::granted_receive_buffer_bytes() const noexcept { return udp_ ? udp_->granted_buffer_bytes() : 0; }
+std::uint64_t StreamInput::granted_receive_buffer_bytes() const noexcept {
+  return udp_ ? udp_->granted_buffer_bytes() : 0;
+}
 
 void StreamInput::admit_neutral_capture(std::int64_t duration_ns) {
   item_.duration_ns = duration_ns;
@@ -77,13 +80,17 @@ void StreamInput::admit_neutral_capture(std::int64_t duration_ns) {
 void StreamInput::on_ready() {
   while (decoder_->pop(event_)) {
     switch (event_.kind) {
-      case SourceEventKind::kNewSession: end_stream(); break;
+      case SourceEventKind::kNewSession:
+        end_stream();
+        break;
       case SourceEventKind::kMarkerSet:
         reorder_.flush();
         admit_ordered_frames();
         admit_control(AdmittedItem::Kind::kMarkerSet, event_.set);
         break;
-      case SourceEventKind::kFrame: push_in_order(event_.frame); break;
+      case SourceEventKind::kFrame:
+        push_in_order(event_.frame);
+        break;
       case SourceEventKind::kEndOfStream:
         if (event_.end.frames_sent > 0) reorder_.end_of_stream(event_.end.last_sequence);
         end_stream();

@@ -1,12 +1,11 @@
 // One [[source]] on the I/O thread: socket -> decoder -> reorder window -> the admission point.
 #pragma once
 
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <cstdint>
 #include <memory>
 #include <string>
-
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/steady_timer.hpp>
 
 #include "capture/marker_stream_decoder.h"
 #include "capture/reorder_window.h"
@@ -22,7 +21,8 @@ namespace risorius {
 class StreamInput {
  public:
   /// Throws UserError if the address cannot be bound.
-  StreamInput(boost::asio::io_context& io, std::uint32_t stream_id, const SourceConfig& config, Channel<AdmittedItem>& admitted);
+  StreamInput(boost::asio::io_context& io, std::uint32_t stream_id, const SourceConfig& config,
+              Channel<AdmittedItem>& admitted);
 
   void start();
   /// Closes the socket and admits what is left, then the end of the stream.

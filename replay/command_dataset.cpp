@@ -1,17 +1,16 @@
 // risorius dataset: recorded takes to a FACS-coded dataset folder. Whole takes run in parallel.
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <atomic>
 #include <exception>
 #include <filesystem>
+#include <fmt/format.h>
 #include <memory>
 #include <mutex>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <thread>
 #include <vector>
-
-#include <CLI/CLI.hpp>
-#include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "capture/errors.h"
 #include "capture/version.h"
@@ -78,12 +77,14 @@ std::string metadata_of(const DatasetArguments& arguments) {
       .dump();
 }
 
-void process(TakeJob& job, const DatasetArguments& arguments, const Rig& rig, const StageConfig& stages, FrameTally& tally) {
+void process(TakeJob& job, const DatasetArguments& arguments, const Rig& rig, const StageConfig& stages,
+             FrameTally& tally) {
   const auto take = open_take_or_builtin(job.name, arguments.take.options());
   print_warnings(*take);
-  job.dataset = std::make_unique<TakeDataset>(
-      job.folder, take->info().markers, rig,
-      TakeDatasetOptions{.source = std::filesystem::path(job.name).filename().string(), .metadata_json = metadata_of(arguments)});
+  job.dataset =
+      std::make_unique<TakeDataset>(job.folder, take->info().markers, rig,
+                                    TakeDatasetOptions{.source = std::filesystem::path(job.name).filename().string(),
+                                                       .metadata_json = metadata_of(arguments)});
   const auto sink = [&](const SolvedFrame& frame) { job.dataset->write(frame); };
   std::uint64_t reported = 0;
   const auto progress = [&](std::uint64_t done, std::uint64_t) {
@@ -100,7 +101,8 @@ void process(TakeJob& job, const DatasetArguments& arguments, const Rig& rig, co
   progress(job.dataset->frame_count(), 0);
 }
 
-void process_in_parallel(std::vector<TakeJob>& jobs, const DatasetArguments& arguments, const Rig& rig, const StageConfig& stages) {
+void process_in_parallel(std::vector<TakeJob>& jobs, const DatasetArguments& arguments, const Rig& rig,
+                         const StageConfig& stages) {
   FrameTally tally(jobs, arguments.take.options());
   std::atomic<std::size_t> next{0};
   std::exception_ptr first_error;
@@ -142,16 +144,19 @@ std::string most_active(const TakeDataset& dataset) {
 }
 
 void print_summary(const std::vector<TakeJob>& jobs) {
-  fmt::print("{:<18} {:>7} {:>7}  {:>22}  {:>9} {:>8}\n", "take", "frames", "filled", "marker energy explained", "residual", "max KKT");
+  fmt::print("{:<18} {:>7} {:>7}  {:>22}  {:>9} {:>8}\n", "take", "frames", "filled", "marker energy explained",
+             "residual", "max KKT");
   fmt::print("{:<18} {:>7} {:>7}  {:>11} {:>11}  {:>9}\n", "", "", "", "head only", "with AUs", "rms");
   for (const auto& job : jobs) {
     const TakeDataset& d = *job.dataset;
-    fmt::print("{:<18} {:>7} {:>6.2f}%  {:>10.2f}% {:>10.2f}%  {:>6.2f} mm {:>8.1e}\n", job.folder.filename().string(), d.frame_count(),
-               100 * static_cast<double>(d.filled_count()) / static_cast<double>(std::max<std::uint64_t>(1, d.sample_count())),
-               100 * d.energy().explained_by_head(), 100 * d.energy().explained_with_aus(), d.energy().residual_rms_mm(),
-               d.largest_kkt_residual());
-    fmt::print("  AUs explain {:.1f} % of what the head leaves; {} episodes, longest: {}\n", 100 * d.energy().face_explained_by_aus(),
-               d.episodes().size(), most_active(d));
+    fmt::print(
+        "{:<18} {:>7} {:>6.2f}%  {:>10.2f}% {:>10.2f}%  {:>6.2f} mm {:>8.1e}\n", job.folder.filename().string(),
+        d.frame_count(),
+        100 * static_cast<double>(d.filled_count()) / static_cast<double>(std::max<std::uint64_t>(1, d.sample_count())),
+        100 * d.energy().explained_by_head(), 100 * d.energy().explained_with_aus(), d.energy().residual_rms_mm(),
+        d.largest_kkt_residual());
+    fmt::print("  AUs explain {:.1f} % of what the head leaves; {} episodes, longest: {}\n",
+               100 * d.energy().face_explained_by_aus(), d.episodes().size(), most_active(d));
   }
 }
 
@@ -161,14 +166,15 @@ void make_dataset(const DatasetArguments& arguments) {
   std::vector<TakeJob> jobs = name_jobs(arguments);
   begin_dataset_folder(arguments.output);
   process_in_parallel(jobs, arguments, rig, stages);
-  finish_dataset_folder(arguments.output,
-                        dataset_card_markdown({.title = std::filesystem::path(arguments.output).filename().string(),
-                                               .rig = rig.name,
-                                               .mode = arguments.causal ? "offline, causal" : "offline, both directions",
-                                               .pseudonym = arguments.pseudonym,
-                                               .consent = arguments.consent,
-                                               .licence = arguments.licence,
-                                               .options_toml = print_stage_config(stages)}));
+  finish_dataset_folder(
+      arguments.output,
+      dataset_card_markdown({.title = std::filesystem::path(arguments.output).filename().string(),
+                             .rig = rig.name,
+                             .mode = arguments.causal ? "offline, causal" : "offline, both directions",
+                             .pseudonym = arguments.pseudonym,
+                             .consent = arguments.consent,
+                             .licence = arguments.licence,
+                             .options_toml = print_stage_config(stages)}));
   print_summary(jobs);
   fmt::print("dataset: {}\n", arguments.output);
 }
@@ -181,7 +187,8 @@ void add_dataset_command(CLI::App& app) {
   command->add_option("takes", arguments->takes, "takes (.c3d, .csv), or \"builtin\"")->required();
   command->add_option("--rig", arguments->rig, "rig file, or \"builtin\"")->required();
   command->add_option("-o,--output", arguments->output, "dataset folder to make")->required();
-  command->add_flag("--causal", arguments->causal, "exactly what the live service computes; default: gaps filled from both sides");
+  command->add_flag("--causal", arguments->causal,
+                    "exactly what the live service computes; default: gaps filled from both sides");
   command->add_option("--config", arguments->config, "a configuration file of risoriusd: its stage tables are used");
   command->add_option("--pseudonym", arguments->pseudonym, "of the recorded person, kept with the data");
   command->add_option("--consent", arguments->consent, "reference to the person's consent, kept with the data");

@@ -1,20 +1,18 @@
 // risorius demo: the built-in performer over real sockets through the real daemon, with a live table and a dataset.
-#include <sys/wait.h>
-#include <unistd.h>
-
+#include <CLI/CLI.hpp>
 #include <chrono>
 #include <csignal>
 #include <filesystem>
-#include <fstream>
-#include <memory>
-
-#include <CLI/CLI.hpp>
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <fstream>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <sys/wait.h>
+#include <unistd.h>
 
-#include "capture/monotonic_clock.h"
 #include "capture/errors.h"
+#include "capture/monotonic_clock.h"
 #include "replay/commands.h"
 #include "replay/daemon_client.h"
 #include "replay/live_table.h"
@@ -62,7 +60,8 @@ class Child {
   /// Waits for its end; throws if it did not end well.
   void wait_for_success() {
     wait();
-    if (!WIFEXITED(state_) || WEXITSTATUS(state_) != 0) throw UserError(what_ + " ended with an error; its message stands above");
+    if (!WIFEXITED(state_) || WEXITSTATUS(state_) != 0)
+      throw UserError(what_ + " ended with an error; its message stands above");
   }
 
  private:
@@ -99,11 +98,13 @@ void wait_until_ready(Child& daemon) {
 
 void run_demo(const DemoArguments& arguments) {
   const std::filesystem::path folder =
-      arguments.output.empty() ? fmt::format("build/demo/{:%Y%m%d-%H%M%S}", fmt::localtime(std::time(nullptr))) : arguments.output;
+      arguments.output.empty() ? fmt::format("build/demo/{:%Y%m%d-%H%M%S}", fmt::localtime(std::time(nullptr)))
+                               : arguments.output;
   std::filesystem::create_directories(folder);
   const auto dataset = folder / "dataset";
   const auto config = write_config(folder, dataset);
-  fmt::print("The built-in performer, {:.0f} s at 120 Hz, 55 markers -> {} -> risoriusd -> {}\n\n", arguments.seconds, kListen, kPublish);
+  fmt::print("The built-in performer, {:.0f} s at 120 Hz, 55 markers -> {} -> risoriusd -> {}\n\n", arguments.seconds,
+             kListen, kPublish);
   std::fflush(stdout);
 
   Child daemon("risoriusd", {arguments.daemon, "--config", config.string()});
@@ -123,7 +124,8 @@ void run_demo(const DemoArguments& arguments) {
   std::fflush(stdout);
   daemon.interrupt();
   daemon.wait_for_success();
-  fmt::print("\ndataset: {}\n  try: column -s, -t {}/face-001/episodes.csv | head\n", dataset.string(), dataset.string());
+  fmt::print("\ndataset: {}\n  try: column -s, -t {}/face-001/episodes.csv | head\n", dataset.string(),
+             dataset.string());
 }
 
 }  // namespace
@@ -132,7 +134,9 @@ void add_demo_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("demo", "stream the built-in take through the daemon and write a dataset");
   auto arguments = std::make_shared<DemoArguments>();
   command->add_option("--daemon", arguments->daemon, "the risoriusd program")->capture_default_str();
-  command->add_option("--seconds", arguments->seconds, "length of the performance")->check(CLI::Range(1.0, 3600.0))->capture_default_str();
+  command->add_option("--seconds", arguments->seconds, "length of the performance")
+      ->check(CLI::Range(1.0, 3600.0))
+      ->capture_default_str();
   command->add_option("-o,--output", arguments->output, "folder to make (default: build/demo/DATE-TIME)");
   command->callback([arguments] { run_demo(*arguments); });
 }

@@ -1,10 +1,9 @@
 // risorius replay: a take as a live source, at its own pace.
+#include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdint>
-#include <memory>
-
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <memory>
 
 #include "capture/errors.h"
 #include "replay/commands.h"
@@ -29,7 +28,8 @@ double speed_of(const std::string& text) {
   if (text == "max") return 0;
   double speed = 0;
   if (!CLI::detail::lexical_cast(text, speed) || !(speed > 0 && speed <= 1000)) {
-    throw UserError("--speed", "\"" + text + "\" is neither \"max\" nor a number above 0 and up to 1000", "1 is the take's own pace");
+    throw UserError("--speed", "\"" + text + "\" is neither \"max\" nor a number above 0 and up to 1000",
+                    "1 is the take's own pace");
   }
   return speed;
 }
@@ -56,9 +56,11 @@ struct LoopClock {
 void print_statistics(const Sender& sender, const Pacer& pacer) {
   const auto& sent = sender.statistics();
   const auto& paced = pacer.statistics();
-  fmt::print(stderr, "sent {} frames in {} datagrams; not sent {}, send errors {}; late by more than 1 ms: {}, latest {:.2f} ms\n",
-             sent.frames, sent.datagrams, sent.frames_not_sent, sent.send_errors, paced.late_frames,
-             static_cast<double>(paced.max_lateness_ns) * 1e-6);
+  fmt::print(
+      stderr,
+      "sent {} frames in {} datagrams; not sent {}, send errors {}; late by more than 1 ms: {}, latest {:.2f} ms\n",
+      sent.frames, sent.datagrams, sent.frames_not_sent, sent.send_errors, paced.late_frames,
+      static_cast<double>(paced.max_lateness_ns) * 1e-6);
 }
 
 void replay(const ReplayArguments& arguments) {
@@ -96,11 +98,15 @@ void replay(const ReplayArguments& arguments) {
 }  // namespace
 
 void add_replay_command(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("replay", "stream a take to risoriusd, or to anybody who reads the native protocol");
+  CLI::App* command =
+      app.add_subcommand("replay", "stream a take to risoriusd, or to anybody who reads the native protocol");
   auto arguments = std::make_shared<ReplayArguments>();
   command->add_option("take", arguments->take, "take (.c3d, .csv), or \"builtin\", or \"builtin:SECONDS\"")->required();
   command->add_option("--to", arguments->target, "udp://HOST:PORT or zmq+tcp://HOST:PORT")->required();
-  command->add_option("--speed", arguments->speed, "times the take's own pace; \"max\" = as fast as the other side takes it")->capture_default_str();
+  command
+      ->add_option("--speed", arguments->speed,
+                   "times the take's own pace; \"max\" = as fast as the other side takes it")
+      ->capture_default_str();
   command->add_flag("--loop", arguments->loop, "begin again at the end; sequence and capture time go on counting");
   command->add_flag("--quiet", arguments->quiet, "no progress line");
   arguments->take_arguments.add_to(*command);

@@ -1,10 +1,9 @@
 // risorius rig fit: from a generic face and an actor's neutral to the actor's rig.
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
-#include <memory>
-
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <memory>
 
 #include "capture/errors.h"
 #include "replay/commands.h"
@@ -56,13 +55,16 @@ void print_fit(const RigFitResult& fit) {
                weight > 0 ? fmt::format("{:g}", weight) : "");
   }
   const double largest = *std::ranges::max_element(fit.rig.fit_distance_mm);
-  fmt::print("scale {:.3f}; markers off the mesh: median {:.2f} mm, largest {:.2f} mm; landmarks: rms {:.2f} mm, largest {:.2f} mm\n",
-             fit.scale, fit.median_distance_mm, largest, fit.landmark_rms_mm, fit.largest_landmark_residual_mm);
+  fmt::print(
+      "scale {:.3f}; markers off the mesh: median {:.2f} mm, largest {:.2f} mm; landmarks: rms {:.2f} mm, largest "
+      "{:.2f} mm\n",
+      fit.scale, fit.median_distance_mm, largest, fit.landmark_rms_mm, fit.largest_landmark_residual_mm);
   std::string aus;
   for (const auto& au : fit.rig.aus) aus += " " + au.name;
   fmt::print("{} AUs:{}\n", fit.rig.au_count(), aus);
   if (!fit.dropped_aus.empty()) fmt::print("not seen by any marker, left out: {}\n", fmt::join(fit.dropped_aus, " "));
-  if (!fit.left_out_markers.empty()) fmt::print("never seen in the neutral, left out: {}\n", fmt::join(fit.left_out_markers, " "));
+  if (!fit.left_out_markers.empty())
+    fmt::print("never seen in the neutral, left out: {}\n", fmt::join(fit.left_out_markers, " "));
   for (const auto& warning : fit.warnings) fmt::print(stderr, "warning: {}\n", warning);
 }
 
@@ -76,8 +78,9 @@ void fit(const FitArguments& arguments) {
   RigFitResult result = fit_rig(face, neutral.marker_names, neutral.position_mm, map);
   const std::string face_name = std::filesystem::path(arguments.face).lexically_normal().filename().string();
   result.rig.name = arguments.name.empty() ? std::filesystem::path(arguments.output).stem().string() : arguments.name;
-  result.rig.source = fmt::format("face {}, neutral {}, {} frames, landmarks {}", face_name,
-                                  std::filesystem::path(arguments.neutral).filename().string(), neutral.frame_count, map.name);
+  result.rig.source =
+      fmt::format("face {}, neutral {}, {} frames, landmarks {}", face_name,
+                  std::filesystem::path(arguments.neutral).filename().string(), neutral.frame_count, map.name);
   save_rig(result.rig, arguments.output);
   print_fit(result);
   fmt::print("written: {}\n", arguments.output);
@@ -90,9 +93,15 @@ void add_rig_command(CLI::App& app) {
   rig->require_subcommand(1);
   CLI::App* command = rig->add_subcommand("fit", "fit a generic face to an actor's neutral");
   auto arguments = std::make_shared<FitArguments>();
-  command->add_option("--face", arguments->face, "\"builtin\", or the folder of ICT-FaceKit's OBJ files")->capture_default_str();
-  command->add_option("--neutral", arguments->neutral, "TAKE or TAKE:FROM-TO, frames from 0 in which the face is at rest")->required();
-  command->add_option("--landmarks", arguments->landmarks, "which marker sits on which landmark: iemocap55, animface41, or a JSON file")->required();
+  command->add_option("--face", arguments->face, "\"builtin\", or the folder of ICT-FaceKit's OBJ files")
+      ->capture_default_str();
+  command
+      ->add_option("--neutral", arguments->neutral, "TAKE or TAKE:FROM-TO, frames from 0 in which the face is at rest")
+      ->required();
+  command
+      ->add_option("--landmarks", arguments->landmarks,
+                   "which marker sits on which landmark: iemocap55, animface41, or a JSON file")
+      ->required();
   command->add_option("-o,--output", arguments->output, "rig file to write (JSON)")->required();
   command->add_option("--name", arguments->name, "the rig's name (default: from the file name)");
   arguments->take.add_to(*command);

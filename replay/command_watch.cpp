@@ -1,16 +1,14 @@
 // risorius watch: a live table of a running daemon. risorius control: one control message and its answer.
-#include <unistd.h>
-
+#include <CLI/CLI.hpp>
 #include <chrono>
 #include <csignal>
-#include <memory>
-
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <unistd.h>
 
-#include "capture/monotonic_clock.h"
 #include "capture/errors.h"
+#include "capture/monotonic_clock.h"
 #include "replay/commands.h"
 #include "replay/daemon_client.h"
 #include "replay/live_table.h"
@@ -30,7 +28,8 @@ void watch(const std::string& endpoint, double seconds) {
     table.redraw();
   }
   if (table.view().au_messages() == 0) {
-    throw UserError(endpoint, "nothing was published there", "start risoriusd and a source, or give its [output] publish address with --connect");
+    throw UserError(endpoint, "nothing was published there",
+                    "start risoriusd and a source, or give its [output] publish address with --connect");
   }
 }
 
@@ -65,8 +64,12 @@ void add_control_command(CLI::App& app) {
   neutral->callback([=] {
     print_answer(*endpoint, {{"command", "capture_neutral"}, {"stream", *stream}, {"seconds", *seconds}});
   });
-  control->add_subcommand("status", "print the counters")->callback([=] { print_answer(*endpoint, {{"command", "status"}}); });
-  control->add_subcommand("stop", "end the daemon, everything on disk")->callback([=] { print_answer(*endpoint, {{"command", "stop"}}); });
+  control->add_subcommand("status", "print the counters")->callback([=] {
+    print_answer(*endpoint, {{"command", "status"}});
+  });
+  control->add_subcommand("stop", "end the daemon, everything on disk")->callback([=] {
+    print_answer(*endpoint, {{"command", "stop"}});
+  });
 }
 
 }  // namespace risorius

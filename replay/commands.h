@@ -1,4 +1,5 @@
-// The subcommands of the `risorius` tool. Each adds itself to the command line and returns what to run when it was chosen.
+// The subcommands of the `risorius` tool. Each adds itself to the command line and returns what to run when it was
+// chosen.
 #pragma once
 
 #include <functional>

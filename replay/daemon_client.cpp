@@ -2,8 +2,8 @@
 
 #include <zmq_addon.hpp>
 
-#include "capture/monotonic_clock.h"
 #include "capture/errors.h"
+#include "capture/monotonic_clock.h"
 
 namespace risorius {
 namespace {
@@ -14,7 +14,8 @@ void connect(zmq::socket_t& socket, const std::string& endpoint) {
   try {
     socket.connect(endpoint);
   } catch (const zmq::error_t& error) {
-    throw UserError(endpoint, std::string("cannot be connected to: ") + error.what(), "give an address such as tcp://127.0.0.1:7001");
+    throw UserError(endpoint, std::string("cannot be connected to: ") + error.what(),
+                    "give an address such as tcp://127.0.0.1:7001");
   }
 }
 
@@ -38,7 +39,8 @@ void DaemonSubscriber::receive_for(std::chrono::milliseconds wait, LiveView& vie
   }
 }
 
-nlohmann::json ask_daemon(const std::string& endpoint, const nlohmann::json& request, std::chrono::milliseconds timeout) {
+nlohmann::json ask_daemon(const std::string& endpoint, const nlohmann::json& request,
+                          std::chrono::milliseconds timeout) {
   zmq::context_t context;
   zmq::socket_t socket(context, zmq::socket_type::req);
   socket.set(zmq::sockopt::linger, 0);

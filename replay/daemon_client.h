@@ -2,9 +2,8 @@
 #pragma once
 
 #include <chrono>
-#include <string>
-
 #include <nlohmann/json.hpp>
+#include <string>
 #include <zmq.hpp>
 
 #include "replay/live_view.h"
@@ -24,6 +23,7 @@ class DaemonSubscriber {
 };
 
 /// Sends one request and returns the answer. Throws UserError if there is none within `timeout`.
-nlohmann::json ask_daemon(const std::string& endpoint, const nlohmann::json& request, std::chrono::milliseconds timeout);
+nlohmann::json ask_daemon(const std::string& endpoint, const nlohmann::json& request,
+                          std::chrono::milliseconds timeout);
 
 }  // namespace risorius

@@ -18,8 +18,9 @@ void begin_dataset_folder(const std::filesystem::path& folder) {
   std::error_code error;
   if (folder.has_parent_path()) std::filesystem::create_directories(folder.parent_path(), error);
   if (!std::filesystem::create_directory(folder, error)) {
-    throw UserError(folder.string(), error ? "cannot make this folder: " + error.message() : "this folder is there already",
-                    "a dataset is never written over: give a folder that does not exist yet, on a disk that can be written");
+    throw UserError(
+        folder.string(), error ? "cannot make this folder: " + error.message() : "this folder is there already",
+        "a dataset is never written over: give a folder that does not exist yet, on a disk that can be written");
   }
 }
 
@@ -46,7 +47,8 @@ std::string dataset_card_markdown(const DatasetCard& card) {
       "Facial marker takes, cleaned, with FACS action-unit intensities solved from them. One folder per take:\n\n"
       "| file | content |\n|---|---|\n"
       "| `cleaned.c3d` | markers in mm after repair; a point that is not known has residual -1 |\n"
-      "| `au.csv` | intensity of each AU per frame, 0 to the rig's bound (1 = the rig's recorded maximum); empty = not coded |\n"
+      "| `au.csv` | intensity of each AU per frame, 0 to the rig's bound (1 = the rig's recorded maximum); empty = not "
+      "coded |\n"
       "| `au_sd.csv` | their standard deviations |\n"
       "| `pose.csv` | head pose, world from head: mm and quaternion xyzw |\n"
       "| `quality.csv` | per frame: state of every marker and AU, residual, KKT certificate |\n"
@@ -55,8 +57,8 @@ std::string dataset_card_markdown(const DatasetCard& card) {
       "| `take.json` | origin, rate, counts, versions |\n\n"
       "Whole dataset unchanged: `sha256sum -c manifest-sha256.txt`.\n\n"
       "Effective options:\n\n```toml\n{}```\n",
-      card.title, or_not_stated(card.licence), card.rig, card.mode, or_not_stated(card.pseudonym), or_not_stated(card.consent),
-      kVersion, kInstructionSet, card.title, card.options_toml);
+      card.title, or_not_stated(card.licence), card.rig, card.mode, or_not_stated(card.pseudonym),
+      or_not_stated(card.consent), kVersion, kInstructionSet, card.title, card.options_toml);
 }
 
 }  // namespace risorius

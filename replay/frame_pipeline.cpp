@@ -1,8 +1,7 @@
 #include "replay/frame_pipeline.h"
 
-#include <utility>
-
 #include <Eigen/Geometry>
+#include <utility>
 
 #include "capture/check.h"
 #include "capture/errors.h"
@@ -26,7 +25,8 @@ FramePipeline::FramePipeline(const PipelineOptions& options, Rig rig)
       despiker_(options.despike),
       filler_(options.fill),
       solver_(rig_, options.solve),
-      continuer_(std::make_unique<DampedVelocity>(upper_bounds_of(rig_), options.damped_velocity), options.continuation),
+      continuer_(std::make_unique<DampedVelocity>(upper_bounds_of(rig_), options.damped_velocity),
+                 options.continuation),
       neutral_sum_mm_(3, static_cast<Eigen::Index>(rig_.marker_count())),
       neutral_count_(static_cast<Eigen::Index>(rig_.marker_count())) {}
 
@@ -55,6 +55,8 @@ bool FramePipeline::pop(SolvedFrame& out) noexcept {
   } else {
     out.aus = AuFrame{};
     out.aus.header = out.markers.header;
+    out.aus.header.set_id = solver_.au_set_id();
+    out.aus.count = static_cast<std::uint32_t>(rig_.au_count());
   }
   if (neutral_.running) add_to_neutral(out);
   return true;

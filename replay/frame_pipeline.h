@@ -1,19 +1,18 @@
-// The stages of one stream in the order in which data flows; the daemon and the offline tool run this same object, which is
-// why live equals offline.
+// The stages of one stream in the order in which data flows; the daemon and the offline tool run this same object,
+// which is why live equals offline.
 //
 //   MarkerFrame -> [despike] -> [fill] -> [head pose + AU solve] -> SolvedFrame -> [continue] -> Continuation
 //
 // Thread rule: one thread. push, pop, continue_from and flush do not allocate; use_marker_set and a neutral's end do.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
-
-#include <Eigen/Core>
 
 #include "capture/despiker.h"
 #include "capture/frames.h"
@@ -45,8 +44,9 @@ class FramePipeline {
   /// Throws UserError where options or rig are not valid.
   FramePipeline(const PipelineOptions& options, Rig rig);
 
-  /// A take begins or its names change: maps every stage to the names. If the rig does not fit, markers are still cleaned,
-  /// every AuFrame says kNotSolved, and rig_problem() says why. Throws UserError if the set itself is not valid.
+  /// A take begins or its names change: maps every stage to the names. If the rig does not fit, markers are still
+  /// cleaned, every AuFrame says kNotSolved, and rig_problem() says why. Throws UserError if the set itself is not
+  /// valid.
   void use_marker_set(const MarkerSet& set);
   const std::string& rig_problem() const noexcept { return rig_problem_; }
 
@@ -65,9 +65,9 @@ class FramePipeline {
   /// put the mean in the place of the rig's neutral (the AU fields stay).
   void begin_neutral_capture(std::int64_t duration_ns) noexcept;
   struct NeutralCapture {
-    std::uint64_t completed = 0;    ///< how many have ended
-    std::uint32_t frames = 0;       ///< that the last one averaged
-    double largest_shift_mm = 0;    ///< of a marker, last one
+    std::uint64_t completed = 0;  ///< how many have ended
+    std::uint32_t frames = 0;     ///< that the last one averaged
+    double largest_shift_mm = 0;  ///< of a marker, last one
     bool running = false;
   };
   const NeutralCapture& neutral_capture() const noexcept { return neutral_; }

@@ -1,10 +1,8 @@
 #include "replay/live_table.h"
 
-#include <unistd.h>
-
 #include <cstdio>
-
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include "capture/monotonic_clock.h"
 

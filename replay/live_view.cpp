@@ -1,7 +1,6 @@
 #include "replay/live_view.h"
 
 #include <algorithm>
-
 #include <fmt/format.h>
 
 namespace risorius {
@@ -38,10 +37,12 @@ void LiveView::update(const std::string& topic, const nlohmann::json& message) {
   if (topic == "au") {
     ++au_messages_;
     ++stream.frames;
-    stream.latest_latency_ns = message.at("publish_time_ns").get<std::int64_t>() - message.at("receive_time_ns").get<std::int64_t>();
+    stream.latest_latency_ns =
+        message.at("publish_time_ns").get<std::int64_t>() - message.at("receive_time_ns").get<std::int64_t>();
     stream.status = message.at("status").get<std::string>();
     stream.au.clear();
-    for (const auto& [name, value] : message.at("au").items()) stream.au[name] = value.is_number() ? value.get<double>() : 0;
+    for (const auto& [name, value] : message.at("au").items())
+      stream.au[name] = value.is_number() ? value.get<double>() : 0;
   } else if (topic == "markers") {
     const auto states = message.at("states").get<std::string>();
     stream.samples += states.size();
@@ -53,16 +54,19 @@ std::vector<std::string> LiveView::lines(std::int64_t now_ns) {
   std::vector<std::string> lines;
   for (auto& [name, stream] : streams_) {
     if (stream.last_look_ns > 0 && now_ns > stream.last_look_ns) {
-      stream.rate_hz = static_cast<double>(stream.frames - stream.frames_at_last_look) * 1e9 / static_cast<double>(now_ns - stream.last_look_ns);
+      stream.rate_hz = static_cast<double>(stream.frames - stream.frames_at_last_look) * 1e9 /
+                       static_cast<double>(now_ns - stream.last_look_ns);
     }
     stream.last_look_ns = now_ns;
     stream.frames_at_last_look = stream.frames;
     const std::string base = "/streams/" + name;
     const std::uint64_t lost = number_at(status_, (base + "/frames/lost").c_str());
     const std::uint64_t dropped = number_at(status_, (base + "/admission/dropped").c_str());
-    const double filled = stream.samples > 0 ? 100 * static_cast<double>(stream.filled) / static_cast<double>(stream.samples) : 0;
-    lines.push_back(fmt::format("{:<12} {:7.1f} Hz | latency {:6.2f} ms | lost {} dropped {} | filled {:.2f} % | {}", name,
-                                stream.rate_hz, static_cast<double>(stream.latest_latency_ns) * 1e-6, lost, dropped, filled, stream.status));
+    const double filled =
+        stream.samples > 0 ? 100 * static_cast<double>(stream.filled) / static_cast<double>(stream.samples) : 0;
+    lines.push_back(fmt::format("{:<12} {:7.1f} Hz | latency {:6.2f} ms | lost {} dropped {} | filled {:.2f} % | {}",
+                                name, stream.rate_hz, static_cast<double>(stream.latest_latency_ns) * 1e-6, lost,
+                                dropped, filled, stream.status));
     lines.push_back("  " + strongest_aus(stream.au));
   }
   return lines;

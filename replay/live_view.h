@@ -1,13 +1,12 @@
-// What a terminal shows of a running daemon: rate, latency, loss, filled markers, strongest AUs. Fed by the messages of the
-// daemon's PUB socket (daemon/README.md).
+// What a terminal shows of a running daemon: rate, latency, loss, filled markers, strongest AUs. Fed by the messages of
+// the daemon's PUB socket (daemon/README.md).
 #pragma once
 
 #include <cstdint>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
-
-#include <nlohmann/json.hpp>
 
 namespace risorius {
 

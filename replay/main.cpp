@@ -1,8 +1,7 @@
 // risorius: everything offline, by subcommand.
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
-
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include "capture/version.h"

@@ -1,11 +1,10 @@
 // How much of the markers' motion is explained: by the head's rigid motion alone, and with the AUs.
 #pragma once
 
+#include <Eigen/Core>
 #include <optional>
 #include <string>
 #include <vector>
-
-#include <Eigen/Core>
 
 #include "capture/frames.h"
 #include "replay/frame_pipeline.h"

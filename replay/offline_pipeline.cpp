@@ -28,7 +28,8 @@ std::vector<MarkerFrame> read_despiked(TakeReader& take, const DespikerOptions& 
 
 }  // namespace
 
-void solve_causally(TakeReader& take, FramePipeline& pipeline, const SolvedFrameSink& sink, const FrameProgress& progress) {
+void solve_causally(TakeReader& take, FramePipeline& pipeline, const SolvedFrameSink& sink,
+                    const FrameProgress& progress) {
   pipeline.use_marker_set(take.info().markers);
   refuse_unfit_rig(take, pipeline);
   const std::uint64_t all = take.info().frame_count.value_or(0);
@@ -43,8 +44,8 @@ void solve_causally(TakeReader& take, FramePipeline& pipeline, const SolvedFrame
   while (pipeline.pop(solved)) sink(solved);
 }
 
-void solve_both_directions(TakeReader& take, const PipelineOptions& options, const OfflineFillOptions& fill, const Rig& rig,
-                           const SolvedFrameSink& sink, const FrameProgress& progress) {
+void solve_both_directions(TakeReader& take, const PipelineOptions& options, const OfflineFillOptions& fill,
+                           const Rig& rig, const SolvedFrameSink& sink, const FrameProgress& progress) {
   AuSolver solver(rig, options.solve);
   try {
     solver.use_marker_set(take.info().markers);

@@ -1,5 +1,5 @@
-// A whole take through the stages, frame by frame in causal mode (the same object as the daemon's, so the same bits), or with
-// the gaps filled from both sides.
+// A whole take through the stages, frame by frame in causal mode (the same object as the daemon's, so the same bits),
+// or with the gaps filled from both sides.
 #pragma once
 
 #include <cstdint>
@@ -17,10 +17,11 @@ using SolvedFrameSink = std::function<void(const SolvedFrame&)>;
 using FrameProgress = std::function<void(std::uint64_t done, std::uint64_t of)>;
 
 /// Streams the take through `pipeline`; memory does not grow with the take. Throws UserError if the rig does not fit.
-void solve_causally(TakeReader& take, FramePipeline& pipeline, const SolvedFrameSink& sink, const FrameProgress& progress);
+void solve_causally(TakeReader& take, FramePipeline& pipeline, const SolvedFrameSink& sink,
+                    const FrameProgress& progress);
 
 /// Despikes causally, fills each gap from its past and its future, then solves in order. Holds the take in memory.
-void solve_both_directions(TakeReader& take, const PipelineOptions& options, const OfflineFillOptions& fill, const Rig& rig,
-                           const SolvedFrameSink& sink, const FrameProgress& progress);
+void solve_both_directions(TakeReader& take, const PipelineOptions& options, const OfflineFillOptions& fill,
+                           const Rig& rig, const SolvedFrameSink& sink, const FrameProgress& progress);
 
 }  // namespace risorius

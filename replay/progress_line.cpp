@@ -1,10 +1,8 @@
 #include "replay/progress_line.h"
 
-#include <unistd.h>
-
 #include <cstdio>
-
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include "capture/monotonic_clock.h"
 
@@ -22,7 +20,10 @@ std::string duration_text(double seconds) {
 }  // namespace
 
 ProgressLine::ProgressLine(std::string what, std::string unit)
-    : what_(std::move(what)), unit_(std::move(unit)), begin_ns_(monotonic_now_ns()), terminal_(isatty(STDERR_FILENO) == 1) {}
+    : what_(std::move(what)),
+      unit_(std::move(unit)),
+      begin_ns_(monotonic_now_ns()),
+      terminal_(isatty(STDERR_FILENO) == 1) {}
 
 ProgressLine::~ProgressLine() {
   if (terminal_ && !finished_ && drawn_ns_ > 0) std::fputs("\n", stderr);
@@ -48,7 +49,8 @@ void ProgressLine::draw(std::uint64_t done, std::uint64_t of, bool last) {
   const double seconds = static_cast<double>(monotonic_now_ns() - begin_ns_) * 1e-9;
   const double rate = seconds > 0 ? static_cast<double>(done) / seconds : 0;
   std::string line = fmt::format("{}: {} {}", what_, done, unit_);
-  if (!last && of > 0) line += fmt::format(" of {} ({:.0f} %)", of, 100 * static_cast<double>(done) / static_cast<double>(of));
+  if (!last && of > 0)
+    line += fmt::format(" of {} ({:.0f} %)", of, 100 * static_cast<double>(done) / static_cast<double>(of));
   line += fmt::format(", {:.0f} {}/s", rate, unit_);
   if (!last && of > done && rate > 0) line += ", " + duration_text(static_cast<double>(of - done) / rate) + " left";
   if (last) line += fmt::format(", {:.1f} s", seconds);

@@ -1,5 +1,5 @@
-// One line on the terminal that says how far long work is: share, rate, time left. On stderr, redrawn at most ten times a
-// second; where stderr is no terminal, one line every ten seconds.
+// One line on the terminal that says how far long work is: share, rate, time left. On stderr, redrawn at most ten times
+// a second; where stderr is no terminal, one line every ten seconds.
 #pragma once
 
 #include <cstdint>

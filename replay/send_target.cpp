@@ -12,9 +12,7 @@ constexpr std::string_view kUdpScheme = "udp://";
 constexpr std::string_view kZmqScheme = "zmq+tcp://";
 constexpr const char* kRemedy = "write udp://HOST:PORT or zmq+tcp://HOST:PORT, such as udp://127.0.0.1:7000";
 
-}  // namespace
-
-SendTarget parse_send_target(std::string_view url) {
+SendTarget parse(std::string_view url, std::uint16_t lowest_port) {
   const auto fail = [url](const char* problem) { return UserError(fmt::format("\"{}\"", url), problem, kRemedy); };
   SendTarget target;
   std::string_view rest = url;
@@ -24,10 +22,10 @@ SendTarget parse_send_target(std::string_view url) {
     target.transport = Transport::kZmqPush;
     rest.remove_prefix(kZmqScheme.size());
   } else {
-    throw fail("the target starts with neither udp:// nor zmq+tcp://");
+    throw fail("it starts with neither udp:// nor zmq+tcp://");
   }
   const auto colon = rest.rfind(':');
-  if (colon == std::string_view::npos || rest.ends_with(']')) throw fail("the target has no port");
+  if (colon == std::string_view::npos || rest.ends_with(']')) throw fail("it has no port");
   std::string_view host = rest.substr(0, colon);
   const std::string_view port = rest.substr(colon + 1);
   if (host.starts_with('[') && host.ends_with(']')) {
@@ -35,16 +33,22 @@ SendTarget parse_send_target(std::string_view url) {
   } else if (host.find(':') != std::string_view::npos) {
     throw fail("an IPv6 address must stand in brackets");
   }
-  if (host.empty()) throw fail("the target has no host");
+  if (host.empty()) throw fail("it has no host");
   if (host.find_first_of("/[]@ ") != std::string_view::npos)
     throw fail("the host has a character that no host can have");
   const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), target.port);
-  if (error != std::errc() || end != port.data() + port.size() || target.port == 0) {
-    throw fail("the port is no number from 1 to 65535");
+  if (error != std::errc() || end != port.data() + port.size() || target.port < lowest_port) {
+    throw fail(lowest_port == 0 ? "the port is no number from 0 to 65535" : "the port is no number from 1 to 65535");
   }
   target.host = host;
   return target;
 }
+
+}  // namespace
+
+SendTarget parse_send_target(std::string_view url) { return parse(url, 1); }
+
+SendTarget parse_listen_address(std::string_view url) { return parse(url, 0); }
 
 std::string to_url(const SendTarget& target) {
   const std::string_view scheme = target.transport == Transport::kUdp ? kUdpScheme : kZmqScheme;

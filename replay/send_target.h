@@ -18,6 +18,9 @@ struct SendTarget {
 /// Throws UserError naming the text and what it should look like.
 SendTarget parse_send_target(std::string_view url);
 
+/// The same for the receiving side, where port 0 lets the system choose.
+SendTarget parse_listen_address(std::string_view url);
+
 /// As parse_send_target reads it.
 std::string to_url(const SendTarget& target);
 

@@ -12,7 +12,8 @@ namespace {
 constexpr std::array kDespikeMethods{Choice<DespikeMethod>{"none", DespikeMethod::kNone},
                                      Choice<DespikeMethod>{"displacement", DespikeMethod::kDisplacement},
                                      Choice<DespikeMethod>{"head_frame", DespikeMethod::kHeadFrame}};
-constexpr std::array kFillMethods{Choice<FillMethod>{"none", FillMethod::kNone}, Choice<FillMethod>{"hold", FillMethod::kHold},
+constexpr std::array kFillMethods{Choice<FillMethod>{"none", FillMethod::kNone},
+                                  Choice<FillMethod>{"hold", FillMethod::kHold},
                                   Choice<FillMethod>{"damped_velocity", FillMethod::kDampedVelocity},
                                   Choice<FillMethod>{"low_rank", FillMethod::kLowRank}};
 
@@ -27,11 +28,14 @@ void visit_reorder(V& v, O& o) {
 template <class V, class O>
 void visit_despike(V& v, O& o) {
   v.choice("method", o.method, std::span<const Choice<DespikeMethod>>(kDespikeMethods), "displacement is seed 000's");
-  v.number("max_speed_mm_s", o.max_speed_mm_s, 1, 1e6, "of a marker: in the world (displacement), about the head (head_frame)");
+  v.number("max_speed_mm_s", o.max_speed_mm_s, 1, 1e6,
+           "of a marker: in the world (displacement), about the head (head_frame)");
   v.number("deviation_multiple", o.deviation_multiple, 3, 1000, "times a marker's usual straying");
-  v.number("least_deviation_mm", o.least_deviation_mm, 0.01, 1000, "nearer than this to the expected place nothing is rejected");
+  v.number("least_deviation_mm", o.least_deviation_mm, 0.01, 1000,
+           "nearer than this to the expected place nothing is rejected");
   v.number("most_deviation_mm", o.most_deviation_mm, 0.01, 1000, "farther than this everything is rejected");
-  v.seconds("accept_after_s", o.accept_after_ns, 0.01, 60, "a marker that stays at its new place so long is taken back");
+  v.seconds("accept_after_s", o.accept_after_ns, 0.01, 60,
+            "a marker that stays at its new place so long is taken back");
 }
 
 template <class V, class O>
@@ -49,7 +53,8 @@ void visit_solve(V& v, O& o) {
   v.number("left_right", o.left_right, 0, 1000, "pulls left and right together; relative as ridge");
   v.number("robust_threshold_mm", o.robust_threshold_mm, 0.01, 1000, "a marker that fits worse than this loses weight");
   v.number("robust_iterations", o.robust_iterations, 0, 20, "reweightings per frame; 0 = plain least squares");
-  v.number("min_visible_share", o.min_visible_share, 1e-6, 1, "of an AU's displacement energy that must be visible to solve it");
+  v.number("min_visible_share", o.min_visible_share, 1e-6, 1,
+           "of an AU's displacement energy that must be visible to solve it");
   v.number("pose_refinements", o.pose_refinements, 0, 5, "alternations of pose and AUs where AUs move stabilisers");
 }
 
@@ -99,13 +104,15 @@ toml::table parse_toml(std::string_view text, const std::string& place) {
   try {
     return toml::parse(text);
   } catch (const toml::parse_error& error) {
-    throw UserError(fmt::format("{}, line {}", place, error.source().begin.line), std::string(error.description()), "see the rules of TOML");
+    throw UserError(fmt::format("{}, line {}", place, error.source().begin.line), std::string(error.description()),
+                    "see the rules of TOML");
   }
 }
 
 void throw_if_any(const ConfigProblems& problems, const std::string& place) {
   if (problems.lines().empty()) return;
-  std::string message = fmt::format("{}: {} problem{}", place, problems.lines().size(), problems.lines().size() == 1 ? "" : "s");
+  std::string message =
+      fmt::format("{}: {} problem{}", place, problems.lines().size(), problems.lines().size() == 1 ? "" : "s");
   for (const auto& line : problems.lines()) message += "\n  " + line;
   throw UserError(message);
 }

@@ -1,8 +1,7 @@
 #include "replay/take_arguments.h"
 
-#include <charconv>
-
 #include <CLI/CLI.hpp>
+#include <charconv>
 #include <fmt/format.h>
 
 #include "capture/errors.h"
@@ -23,7 +22,8 @@ double seconds_of(const std::string& name) {
   const char* end = name.data() + name.size();
   const auto [stop, error] = std::from_chars(begin, end, seconds);
   if (error != std::errc() || stop != end || !(seconds > 0 && seconds <= kLongestSeconds)) {
-    throw UserError(name, "does not say how many seconds the built-in performer shall play", "write builtin:20, more than 0 and at most 86400");
+    throw UserError(name, "does not say how many seconds the built-in performer shall play",
+                    "write builtin:20, more than 0 and at most 86400");
   }
   return seconds;
 }
@@ -32,7 +32,9 @@ double seconds_of(const std::string& name) {
 
 void TakeArguments::add_to(CLI::App& command) {
   command.add_option("--units", units, "of the take's numbers: mm, cm, m (default: what the file says, else mm)");
-  command.add_option("--axes", axes, "directions of the take's x y z: three of L R U D F B (default LUF: x to the subject's left, y up, z out of the face)");
+  command.add_option("--axes", axes,
+                     "directions of the take's x y z: three of L R U D F B (default LUF: x to the subject's left, y "
+                     "up, z out of the face)");
   command.add_option("--rate", rate_hz, "frames per second (default: what the file says)")->check(CLI::PositiveNumber);
 }
 
@@ -57,7 +59,8 @@ std::unique_ptr<TakeReader> open_take_or_builtin(const std::string& name, const 
 }
 
 void print_warnings(const TakeReader& take) {
-  for (const auto& warning : take.info().warnings) fmt::print(stderr, "{}: warning: {}\n", take.info().path.string(), warning);
+  for (const auto& warning : take.info().warnings)
+    fmt::print(stderr, "{}: warning: {}\n", take.info().path.string(), warning);
 }
 
 }  // namespace risorius

@@ -2,9 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
-
 #include <fmt/format.h>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "capture/errors.h"
@@ -29,7 +28,8 @@ TakeDataset::TakeDataset(const std::filesystem::path& folder, const MarkerSet& m
   std::error_code error;
   std::filesystem::create_directories(folder.parent_path(), error);
   if (!std::filesystem::create_directory(folder, error)) {
-    throw UserError(folder.string(), error ? "cannot make this folder: " + error.message() : "this folder is there already",
+    throw UserError(folder.string(),
+                    error ? "cannot make this folder: " + error.message() : "this folder is there already",
                     "give a folder that does not exist yet, on a disk that can be written");
   }
   if (markers.rate_hz > 0) open_files(markers.rate_hz);
@@ -50,8 +50,10 @@ void TakeDataset::open_files(double rate_hz) {
   line_ = "Frame";
   for (const auto& name : rig_.au_names()) line_ += "," + name;
   au_sd_csv_->write(line_ + "\n");
-  pose_csv_->write("frame,translation_x_mm,translation_y_mm,translation_z_mm,rotation_x,rotation_y,rotation_z,rotation_w\n");
-  quality_csv_->write("frame,time_s,measured,filled,rejected,missing,solver,residual_rms_mm,kkt_residual,marker_states,au_states\n");
+  pose_csv_->write(
+      "frame,translation_x_mm,translation_y_mm,translation_z_mm,rotation_x,rotation_y,rotation_z,rotation_w\n");
+  quality_csv_->write(
+      "frame,time_s,measured,filled,rejected,missing,solver,residual_rms_mm,kkt_residual,marker_states,au_states\n");
 }
 
 bool TakeDataset::continues_with(const MarkerFrame& frame) const noexcept {
@@ -138,7 +140,8 @@ void TakeDataset::write_pose(const AuFrame& frame) {
   append_row(line_, frame.header.sequence);
   for (std::uint32_t i = 0; i < frame.count; ++i) {
     line_ += ',';
-    if (frame.state[i] == AuState::kObserved) fmt::format_to(std::back_inserter(line_), "{}", frame.standard_deviation[i]);
+    if (frame.state[i] == AuState::kObserved)
+      fmt::format_to(std::back_inserter(line_), "{}", frame.standard_deviation[i]);
   }
   line_ += '\n';
   au_sd_csv_->write(line_);
@@ -159,9 +162,9 @@ void TakeDataset::write_quality(const SolvedFrame& frame, double time_s) {
   sample_count_ += frame.markers.count;
   line_.clear();
   fmt::format_to(std::back_inserter(line_), "{},{},{},{},{},{},{},{},{},{},{}\n", frame.markers.header.sequence, time_s,
-                 count_of(MarkerState::kMeasured), count_of(MarkerState::kFilled),
-                 count_of(MarkerState::kRejected), count_of(MarkerState::kMissing), word_of(frame.aus.status),
-                 frame.aus.residual_rms_mm, frame.aus.kkt_residual, marker_states, au_states);
+                 count_of(MarkerState::kMeasured), count_of(MarkerState::kFilled), count_of(MarkerState::kRejected),
+                 count_of(MarkerState::kMissing), word_of(frame.aus.status), frame.aus.residual_rms_mm,
+                 frame.aus.kkt_residual, marker_states, au_states);
   quality_csv_->write(line_);
 }
 
@@ -195,7 +198,8 @@ void TakeDataset::finish() {
 }
 
 void TakeDataset::write_take_json() {
-  nlohmann::json json = options_.metadata_json.empty() ? nlohmann::json::object() : nlohmann::json::parse(options_.metadata_json);
+  nlohmann::json json =
+      options_.metadata_json.empty() ? nlohmann::json::object() : nlohmann::json::parse(options_.metadata_json);
   json["format"] = "risorius-take";
   json["version"] = 1;
   json["source"] = options_.source;
@@ -208,7 +212,8 @@ void TakeDataset::write_take_json() {
   json["aus"] = rig_.au_names();
   json["facs_edition"] = rig_.facs_edition;
   json["rig"] = {{"name", rig_.name}, {"source", rig_.source}, {"file", "rig.json"}};
-  json["marker_samples"] = {{"all", sample_count_}, {"filled", filled_count_}, {"rejected", rejected_count_}, {"missing", missing_count_}};
+  json["marker_samples"] = {
+      {"all", sample_count_}, {"filled", filled_count_}, {"rejected", rejected_count_}, {"missing", missing_count_}};
   json["marker_energy_explained"] = {{"by_head_pose", energy_.explained_by_head()},
                                      {"with_aus", energy_.explained_with_aus()},
                                      {"of_the_face_by_aus", energy_.face_explained_by_aus()}};

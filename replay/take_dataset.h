@@ -1,6 +1,7 @@
 // One take of a dataset folder, written frame by frame as the frames come: cleaned.c3d, au.csv, au_sd.csv, pose.csv,
 // quality.csv, episodes.csv, rig.json and, last, take.json. replay/README.md describes the files.
-// Rows begin with the frame's sequence number, and C3D frame i is number first_sequence + i: frames that were lost on the way are there as missing.
+// Rows begin with the frame's sequence number, and C3D frame i is number first_sequence + i: frames that were lost on
+// the way are there as missing.
 #pragma once
 
 #include <cstdint>
@@ -23,19 +24,20 @@
 namespace risorius {
 
 struct TakeDatasetOptions {
-  std::string source;            ///< where the frames came from: the take's file name or the live source's name
-  std::string metadata_json;     ///< a JSON object; its members are added to take.json
+  std::string source;         ///< where the frames came from: the take's file name or the live source's name
+  std::string metadata_json;  ///< a JSON object; its members are added to take.json
   EpisodeOptions episodes;
 };
 
 class TakeDataset {
  public:
   /// Makes `folder`, which must not exist. Throws UserError.
-  TakeDataset(const std::filesystem::path& folder, const MarkerSet& markers, const Rig& rig, TakeDatasetOptions options);
+  TakeDataset(const std::filesystem::path& folder, const MarkerSet& markers, const Rig& rig,
+              TakeDatasetOptions options);
   ~TakeDataset();
 
-  /// Whether the frame goes on where the last one ended; false after a restart (the sequence went back) or a gap of more
-  /// than ten seconds: then finish this take and begin another.
+  /// Whether the frame goes on where the last one ended; false after a restart (the sequence went back) or a gap of
+  /// more than ten seconds: then finish this take and begin another.
   bool continues_with(const MarkerFrame& frame) const noexcept;
   /// Throws UserError if the disk refuses.
   void write(const SolvedFrame& frame);
@@ -77,7 +79,8 @@ class TakeDataset {
   MarkerEnergy energy_;
   std::uint64_t first_sequence_ = 0, next_sequence_ = 0;
   std::int64_t first_capture_time_ns_ = 0, last_capture_time_ns_ = 0;
-  std::uint64_t frame_count_ = 0, lost_count_ = 0, filled_count_ = 0, rejected_count_ = 0, missing_count_ = 0, sample_count_ = 0;
+  std::uint64_t frame_count_ = 0, lost_count_ = 0, filled_count_ = 0, rejected_count_ = 0, missing_count_ = 0,
+                sample_count_ = 0;
   double largest_kkt_residual_ = 0;
   bool finished_ = false;
 };

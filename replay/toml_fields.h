@@ -1,19 +1,19 @@
-// The two visitors of a list of configuration keys: one reads a TOML table into options and collects every problem, the other
-// prints options as TOML. A key is named, bounded and explained once, in a function template that takes either visitor.
+// The two visitors of a list of configuration keys: one reads a TOML table into options and collects every problem, the
+// other prints options as TOML. A key is named, bounded and explained once, in a function template that takes either
+// visitor.
 #pragma once
 
 #include <cmath>
 #include <concepts>
 #include <cstdint>
+#include <fmt/format.h>
 #include <set>
 #include <span>
 #include <string>
 #include <string_view>
+#include <toml++/toml.h>
 #include <utility>
 #include <vector>
-
-#include <fmt/format.h>
-#include <toml++/toml.h>
 
 namespace risorius {
 
@@ -126,12 +126,15 @@ class TomlReader {
       if (known_.contains(key.str())) continue;
       std::string known;
       for (const auto& name : known_) known += (known.empty() ? "" : ", ") + name;
-      problems_.add(full(key.str()), fmt::format("unknown key in line {}", node.source().begin.line), "known here: " + known);
+      problems_.add(full(key.str()), fmt::format("unknown key in line {}", node.source().begin.line),
+                    "known here: " + known);
     }
   }
 
  private:
-  std::string full(std::string_view key) const { return path_.empty() ? std::string(key) : fmt::format("{}.{}", path_, key); }
+  std::string full(std::string_view key) const {
+    return path_.empty() ? std::string(key) : fmt::format("{}.{}", path_, key);
+  }
   static std::string text_of(const toml::node& node) {
     std::ostringstream text;
     node.visit([&](const auto& n) { text << n; });
@@ -155,10 +158,15 @@ class TomlPrinter {
   void seconds(std::string_view key, const std::int64_t& value_ns, double low, double high, std::string_view meaning) {
     number(key, static_cast<double>(value_ns) * 1e-9, low, high, meaning);
   }
-  void text(std::string_view key, const std::string& value, std::string_view meaning) { line(key, quoted(value), meaning); }
-  void flag(std::string_view key, const bool& value, std::string_view meaning) { line(key, value ? "true" : "false", meaning); }
+  void text(std::string_view key, const std::string& value, std::string_view meaning) {
+    line(key, quoted(value), meaning);
+  }
+  void flag(std::string_view key, const bool& value, std::string_view meaning) {
+    line(key, value ? "true" : "false", meaning);
+  }
   template <class Enum>
-  void choice(std::string_view key, const Enum& value, std::span<const Choice<Enum>> choices, std::string_view meaning) {
+  void choice(std::string_view key, const Enum& value, std::span<const Choice<Enum>> choices,
+              std::string_view meaning) {
     std::string name, names;
     for (const auto& c : choices) {
       if (c.value == value) name = c.name;

@@ -20,8 +20,8 @@ inline constexpr int kIctFaceVertexCount = 9409;
 /// Called after each file that was read.
 using LoadProgress = std::function<void(std::size_t files_read, std::size_t files_in_all)>;
 
-/// Reads with OpenMesh; takes about two seconds. Throws UserError naming every file that is missing, or the file that is not
-/// ICT-FaceKit's mesh.
+/// Reads with OpenMesh; takes about two seconds. Throws UserError naming every file that is missing, or the file that
+/// is not ICT-FaceKit's mesh.
 FaceModel load_ict_face(const std::filesystem::path& folder, const LoadProgress& progress = {});
 
 /// The expression files that load_ict_face reads, without ".obj".

@@ -1,18 +1,16 @@
-// What the daemon adds between a marker datagram and its AU message: 240 Hz x 60 markers on loopback, against a bare echo
-// (UDP in, ZeroMQ PUB out, nothing between) through the same kinds of socket, in alternating blocks of one run.
+// What the daemon adds between a marker datagram and its AU message: 240 Hz x 60 markers on loopback, against a bare
+// echo (UDP in, ZeroMQ PUB out, nothing between) through the same kinds of socket, in alternating blocks of one run.
+#include <algorithm>
+#include <arpa/inet.h>
+#include <csignal>
+#include <cstring>
+#include <fmt/core.h>
+#include <map>
+#include <optional>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
-
-#include <algorithm>
-#include <csignal>
-#include <cstring>
-#include <map>
-#include <optional>
 #include <vector>
-
-#include <arpa/inet.h>
-#include <fmt/core.h>
 #include <zmq.hpp>
 
 #include "bench/bench_report.h"
@@ -106,7 +104,8 @@ double quantile(std::vector<double> values, double q) {
   return values[static_cast<std::size_t>(q * static_cast<double>(values.size() - 1) + 0.5)];
 }
 
-/// Sends a block at its rate, closed loop: an answer counts for the datagram before it; a late one is counted as unanswered.
+/// Sends a block at its rate, closed loop: an answer counts for the datagram before it; a late one is counted as
+/// unanswered.
 void run_block(Way& way, int udp, const std::vector<std::vector<std::byte>>& datagrams) {
   Pacer pacer;
   std::vector<double> latency_us;
@@ -116,7 +115,8 @@ void run_block(Way& way, int udp, const std::vector<std::vector<std::byte>>& dat
     while (way.answers.recv(topic, zmq::recv_flags::dontwait)) {
     }
     const std::int64_t sent_ns = monotonic_now_ns();
-    sendto(udp, datagrams[i].data(), datagrams[i].size(), 0, reinterpret_cast<const sockaddr*>(&way.target), sizeof way.target);
+    sendto(udp, datagrams[i].data(), datagrams[i].size(), 0, reinterpret_cast<const sockaddr*>(&way.target),
+           sizeof way.target);
     way.answers.set(zmq::sockopt::rcvtimeo, 100);
     if (!way.answers.recv(topic)) {
       ++way.unanswered;
@@ -129,12 +129,14 @@ void run_block(Way& way, int udp, const std::vector<std::vector<std::byte>>& dat
   way.block_p99_us.push_back(quantile(latency_us, 0.99));
 }
 
-std::vector<std::byte> to_bytes(const DatagramBuffer& buffer, std::size_t size) { return {buffer.begin(), buffer.begin() + static_cast<std::ptrdiff_t>(size)}; }
+std::vector<std::byte> to_bytes(const DatagramBuffer& buffer, std::size_t size) {
+  return {buffer.begin(), buffer.begin() + static_cast<std::ptrdiff_t>(size)};
+}
 
 /// The performer's 55 markers and five more that the rig does not know.
 struct Stream {
-  MarkerSet set;
   PerformerTake take{builtin_rig(), PerformerOptions{.rate_hz = kRateHz, .seconds = 600}};
+  MarkerSet set;
   Stream() : set(take.info().markers) {
     while (set.names.size() < kMarkers) set.names.push_back(fmt::format("extra{}", set.names.size()));
   }
@@ -163,12 +165,14 @@ int measure() {
   if (!daemon.up()) throw std::runtime_error("risoriusd did not start: " + daemon.process().output());
   const auto input = daemon.input("face");
   zmq::context_t context;
-  Way through_daemon{loopback(std::stoi(input.substr(input.rfind(':') + 1))), subscribe(context, daemon.publish()), {}, {}, 0};
+  Way through_daemon{
+      loopback(std::stoi(input.substr(input.rfind(':') + 1))), subscribe(context, daemon.publish()), {}, {}, 0};
   Way through_echo{loopback(echo.udp_port()), subscribe(context, echo.publish()), {}, {}, 0};
   const int udp = ::socket(AF_INET, SOCK_DGRAM, 0);
   Stream stream;
   const auto set = stream.set_datagram();
-  sendto(udp, set.data(), set.size(), 0, reinterpret_cast<const sockaddr*>(&through_daemon.target), sizeof through_daemon.target);
+  sendto(udp, set.data(), set.size(), 0, reinterpret_cast<const sockaddr*>(&through_daemon.target),
+         sizeof through_daemon.target);
 
   for (int block = -1; block < kBlocks; ++block) {
     std::vector<std::vector<std::byte>> datagrams;

@@ -1,13 +1,12 @@
 #include "bench/bench_report.h"
 
 #include <algorithm>
+#include <fmt/core.h>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <stdexcept>
 #include <vector>
-
-#include <fmt/core.h>
-#include <nlohmann/json.hpp>
 
 namespace risorius::bench {
 
@@ -52,8 +51,8 @@ int BenchReport::finish() const {
   for (const auto& [name, row] : ordered) {
     const bool ok = is_ok(row);
     all_ok = all_ok && ok;
-    fmt::print("{:<58} {:>12} {:<9} {:>10}  {}\n", name, row.measured ? fmt::format("{:.4g}", row.value) : "missing", row.unit,
-               row.bar, ok ? "yes" : "NO");
+    fmt::print("{:<58} {:>12} {:<9} {:>10}  {}\n", name, row.measured ? fmt::format("{:.4g}", row.value) : "missing",
+               row.unit, row.bar, ok ? "yes" : "NO");
     json.push_back({{"name", name},
                     {"value", row.measured ? nlohmann::json(row.value) : nlohmann::json()},
                     {"unit", row.unit},

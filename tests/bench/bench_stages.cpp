@@ -1,11 +1,11 @@
-// Time per stage and frame on the synthetic performer at 60 markers (55 of the built-in rig, five that it does not know),
-// with its noise, occlusions and false tracks. Stages are timed in alternating passes over the same frames; medians over passes.
+// Time per stage and frame on the synthetic performer at 60 markers (55 of the built-in rig, five that it does not
+// know), with its noise, occlusions and false tracks. Stages are timed in alternating passes over the same frames;
+// medians over passes.
 #include <algorithm>
+#include <fmt/core.h>
 #include <functional>
 #include <map>
 #include <vector>
-
-#include <fmt/core.h>
 
 #include "bench/bench_report.h"
 #include "capture/marker_stream_decoder.h"
@@ -31,7 +31,8 @@ struct Recorded {
 Recorded perform() {
   PerformerTake take(builtin_rig(), PerformerOptions{.rate_hz = 240, .seconds = kSeconds});
   Recorded recorded{take.info().markers, {}};
-  while (recorded.set.names.size() < kMarkers) recorded.set.names.push_back(fmt::format("extra{}", recorded.set.names.size()));
+  while (recorded.set.names.size() < kMarkers)
+    recorded.set.names.push_back(fmt::format("extra{}", recorded.set.names.size()));
   MarkerFrame frame;
   while (take.next(frame)) {
     frame.header.set_id = recorded.set.id;
@@ -69,7 +70,9 @@ void pass_through(S& stage, const std::vector<In>& in, std::vector<Out>& out) {
 
 struct Times {
   std::map<std::string, std::vector<double>> ns_per_frame;
-  void add(const std::string& stage, double ns, std::size_t frames) { ns_per_frame[stage].push_back(ns / static_cast<double>(frames)); }
+  void add(const std::string& stage, double ns, std::size_t frames) {
+    ns_per_frame[stage].push_back(ns / static_cast<double>(frames));
+  }
   double median_us(const std::string& stage) {
     auto& values = ns_per_frame.at(stage);
     std::ranges::sort(values);
@@ -80,7 +83,8 @@ struct Times {
 void time_decoding(const Recorded& recorded, Times& times) {
   std::vector<DatagramBuffer> datagrams(recorded.frames.size());
   std::vector<std::size_t> sizes;
-  for (std::size_t i = 0; i < recorded.frames.size(); ++i) sizes.push_back(encode(recorded.frames[i], 1, 0, datagrams[i]).bytes);
+  for (std::size_t i = 0; i < recorded.frames.size(); ++i)
+    sizes.push_back(encode(recorded.frames[i], 1, 0, datagrams[i]).bytes);
   MarkerStreamDecoder decoder;
   SourceEvent event;
   DatagramBuffer set;
@@ -98,9 +102,16 @@ void time_decoding(const Recorded& recorded, Times& times) {
 void time_messages(const std::vector<AuFrame>& aus, const std::vector<MarkerFrame>& markers, const Recorded& recorded,
                    const std::vector<std::string>& au_names, Times& times) {
   MessageBuffer buffer;
-  const MessageContext au_context{.stream = "face", .names = au_names}, marker_context{.stream = "face", .names = recorded.set.names};
-  times.add("encode AU message", timed([&] { for (const auto& frame : aus) encode_aus(frame, au_context, buffer); }), aus.size());
-  times.add("encode marker message", timed([&] { for (const auto& frame : markers) encode_markers(frame, marker_context, buffer); }), markers.size());
+  const MessageContext au_context{.stream = "face", .names = au_names},
+      marker_context{.stream = "face", .names = recorded.set.names};
+  times.add("encode AU message", timed([&] {
+              for (const auto& frame : aus) encode_aus(frame, au_context, buffer);
+            }),
+            aus.size());
+  times.add("encode marker message", timed([&] {
+              for (const auto& frame : markers) encode_markers(frame, marker_context, buffer);
+            }),
+            markers.size());
 }
 
 void time_pass(const Recorded& recorded, const Rig& rig, Times& times) {
@@ -126,7 +137,10 @@ void time_pass(const Recorded& recorded, const Rig& rig, Times& times) {
   solver.use_marker_set(recorded.set);
   times.add("head pose + AU solve", timed([&] { pass_through(solver, filled, solved); }), count);
   Continuation continuation;
-  times.add("continue", timed([&] { for (const auto& frame : solved) stages.continue_from(frame, continuation); }), count);
+  times.add("continue", timed([&] {
+              for (const auto& frame : solved) stages.continue_from(frame, continuation);
+            }),
+            count);
   time_messages(solved, filled, recorded, rig.au_names(), times);
 
   FramePipeline whole(options, rig);

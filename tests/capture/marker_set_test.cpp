@@ -28,7 +28,8 @@ TEST(Axes, ConvertsViconZUp) {
 }
 
 TEST(Axes, RefusesLettersThatAreNotThreeDirections) {
-  for (const char* letters : {"", "LU", "LUFB", "LRU", "LLU", "luf", "XYZ"}) EXPECT_FALSE(Axes::parse(letters)) << letters;
+  for (const char* letters : {"", "LU", "LUFB", "LRU", "LLU", "luf", "XYZ"})
+    EXPECT_FALSE(Axes::parse(letters)) << letters;
 }
 
 TEST(MarkerSet, NamesEveryProblem) {
@@ -41,9 +42,7 @@ TEST(MarkerSet, NamesEveryProblem) {
   EXPECT_TRUE(problems_of(set).empty());
 }
 
-TEST(MarkerSet, MapsByName) {
-  EXPECT_EQ(index_map({"a", "b", "c"}, {"c", "x", "a"}), (std::vector<int>{2, -1, 0}));
-}
+TEST(MarkerSet, MapsByName) { EXPECT_EQ(index_map({"a", "b", "c"}, {"c", "x", "a"}), (std::vector<int>{2, -1, 0})); }
 
 }  // namespace
 }  // namespace risorius

@@ -1,9 +1,8 @@
 #include "capture/rigid_alignment.h"
 
+#include <gtest/gtest.h>
 #include <random>
 #include <vector>
-
-#include <gtest/gtest.h>
 
 namespace risorius {
 namespace {

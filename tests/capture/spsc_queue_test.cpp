@@ -1,8 +1,7 @@
 #include "capture/spsc_queue.h"
 
-#include <thread>
-
 #include <gtest/gtest.h>
+#include <thread>
 
 namespace risorius {
 namespace {

@@ -1,8 +1,7 @@
 #include "daemon/channel.h"
 
-#include <thread>
-
 #include <gtest/gtest.h>
+#include <thread>
 
 namespace risorius {
 namespace {

@@ -16,7 +16,9 @@ std::string error_of(const std::string& toml) {
   return "";
 }
 
-TEST(Config, EmptyFileIsTheDefault) { EXPECT_EQ(print_config(parse_config("", "empty.toml")), print_config(default_config())); }
+TEST(Config, EmptyFileIsTheDefault) {
+  EXPECT_EQ(print_config(parse_config("", "empty.toml")), print_config(default_config()));
+}
 
 TEST(Config, PrintedConfigurationReadsBackEqual) {
   Config config = default_config();
@@ -45,15 +47,17 @@ TEST(Config, StageTablesAtTheTopHoldForAllSourcesUnlessOverridden) {
 }
 
 TEST(Config, NamesKeyValueAndRemedyOfEveryProblem) {
-  const std::string error = error_of("[solve]\nridge = \"much\"\nnoise_mm = 99\nrobust_iterations = 1.5\n[despike]\nmethod = \"magic\"\n");
-  for (const char* part : {"4 problems", "solve.ridge", "much", "solve.noise_mm", "99", "0.001 to 10", "robust_iterations", "whole number",
-                           "despike.method", "magic", "\"displacement\""}) {
+  const std::string error =
+      error_of("[solve]\nridge = \"much\"\nnoise_mm = 99\nrobust_iterations = 1.5\n[despike]\nmethod = \"magic\"\n");
+  for (const char* part : {"4 problems", "solve.ridge", "much", "solve.noise_mm", "99", "0.001 to 10",
+                           "robust_iterations", "whole number", "despike.method", "magic", "\"displacement\""}) {
     EXPECT_NE(error.find(part), std::string::npos) << part << " in: " << error;
   }
 }
 
 TEST(Config, RefusesUnknownKeysEverywhere) {
-  for (const char* toml : {"colour = 1", "[output]\npublsh = \"x\"", "[[source]]\nporte = 3", "[[source]]\n[source.fill]\nmax_gap = 3", "[fil]\n"}) {
+  for (const char* toml : {"colour = 1", "[output]\npublsh = \"x\"", "[[source]]\nporte = 3",
+                           "[[source]]\n[source.fill]\nmax_gap = 3", "[fil]\n"}) {
     EXPECT_NE(error_of(toml).find("unknown key"), std::string::npos) << toml;
   }
 }
@@ -64,7 +68,9 @@ TEST(Config, RefusesSourcesThatShareNameOrPort) {
   EXPECT_NE(error_of("source = 5").find("[[source]]"), std::string::npos);
 }
 
-TEST(Config, SaysWhereTheTomlIsBroken) { EXPECT_NE(error_of("[output]\npublish = \n").find("test.toml, line 2"), std::string::npos); }
+TEST(Config, SaysWhereTheTomlIsBroken) {
+  EXPECT_NE(error_of("[output]\npublish = \n").find("test.toml, line 2"), std::string::npos);
+}
 
 }  // namespace
 }  // namespace risorius

@@ -1,9 +1,8 @@
 // The messages are read back by another implementation of MessagePack.
 #include "daemon/messages.h"
 
-#include <nlohmann/json.hpp>
-
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 namespace risorius {
 namespace {

@@ -1,11 +1,9 @@
 // The service in this process, so that the pipeline thread's allocations can be counted.
 #include "daemon/service.h"
 
-#include <thread>
-
-#include <nlohmann/json.hpp>
-
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <thread>
 
 #include "capture/errors.h"
 #include "replay/daemon_client.h"
@@ -32,7 +30,8 @@ void wait_for_solved(const Service& service, std::uint64_t frames) {
   }
 }
 
-/// Sends the performer's frames, never more than 64 ahead of the pipeline, so that nothing is dropped on a busy machine.
+/// Sends the performer's frames, never more than 64 ahead of the pipeline, so that nothing is dropped on a busy
+/// machine.
 void stream(const Service& service, std::uint64_t frames) {
   Sender sender(parse_send_target(service.input_endpoint(0)));
   PerformerTake take(builtin_rig(), PerformerOptions{.seconds = static_cast<double>(frames) / 120});

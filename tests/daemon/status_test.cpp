@@ -1,9 +1,8 @@
 #include "daemon/status.h"
 
 #include <fstream>
-#include <sstream>
-
 #include <gtest/gtest.h>
+#include <sstream>
 
 #include "daemon/service.h"
 #include "support/test_data.h"
@@ -29,7 +28,8 @@ TEST(Status, EveryCounterStandsInTheReadme) {
     if (name == "endpoint" || name == "rig") continue;
     EXPECT_NE(readme.find("`" + name), std::string::npos) << name << " is not explained";
     if (!value.is_object() || value.contains("received")) continue;
-    for (const auto& [inner, ignored] : value.items()) EXPECT_NE(readme.find(inner), std::string::npos) << name << "." << inner;
+    for (const auto& [inner, ignored] : value.items())
+      EXPECT_NE(readme.find(inner), std::string::npos) << name << "." << inner;
   }
 }
 

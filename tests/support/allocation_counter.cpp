@@ -1,4 +1,5 @@
-// The replacement operators stand alone in this file: beside code that inlines them, g++ warns of mismatched new and delete.
+// The replacement operators stand alone in this file: beside code that inlines them, g++ warns of mismatched new and
+// delete.
 #include "support/allocation_counter.h"
 
 #include <cstdlib>
@@ -31,7 +32,7 @@ std::uint64_t allocations_of_this_thread() noexcept { return allocation_count; }
 
 void* operator new(std::size_t bytes) { return counted(bytes); }
 void* operator new[](std::size_t bytes) { return counted(bytes); }
-// std::stable_sort asks without exceptions; AddressSanitizer's own version would not fit the operators delete below.
+// std::stable_sort asks without exceptions; a sanitizer's own version would not fit the operators delete below.
 void* operator new(std::size_t bytes, const std::nothrow_t&) noexcept {
   ++allocation_count;
   return std::malloc(bytes == 0 ? 1 : bytes);
@@ -39,12 +40,6 @@ void* operator new(std::size_t bytes, const std::nothrow_t&) noexcept {
 void* operator new[](std::size_t bytes, const std::nothrow_t& tag) noexcept { return operator new(bytes, tag); }
 void* operator new(std::size_t bytes, std::align_val_t alignment) { return counted(bytes, alignment); }
 void* operator new[](std::size_t bytes, std::align_val_t alignment) { return counted(bytes, alignment); }
-// Without these, memory from a sanitizer's own nothrow operator would come to our delete.
-void* operator new(std::size_t bytes, const std::nothrow_t&) noexcept {
-  ++allocation_count;
-  return std::malloc(bytes == 0 ? 1 : bytes);
-}
-void* operator new[](std::size_t bytes, const std::nothrow_t& nothrow) noexcept { return operator new(bytes, nothrow); }
 void operator delete(void* memory) noexcept { std::free(memory); }
 void operator delete[](void* memory) noexcept { std::free(memory); }
 void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }

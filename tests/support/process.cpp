@@ -1,13 +1,12 @@
 #include "support/process.h"
 
-#include <fcntl.h>
-#include <poll.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <chrono>
 #include <csignal>
+#include <fcntl.h>
+#include <poll.h>
 #include <stdexcept>
+#include <sys/wait.h>
+#include <unistd.h>
 
 namespace risorius::test {
 namespace {
@@ -18,7 +17,9 @@ double seconds_since(std::chrono::steady_clock::time_point begin) {
 
 }  // namespace
 
-std::filesystem::path program(const std::string& name) { return std::filesystem::path(RISORIUS_BINARY_DIR) / "bin" / name; }
+std::filesystem::path program(const std::string& name) {
+  return std::filesystem::path(RISORIUS_BINARY_DIR) / "bin" / name;
+}
 
 Process::Process(const std::vector<std::string>& command) {
   int ends[2];

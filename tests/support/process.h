@@ -1,10 +1,9 @@
 // Runs a program as a user would: its own process, its output, its exit status.
 #pragma once
 
-#include <sys/types.h>
-
 #include <filesystem>
 #include <string>
+#include <sys/types.h>
 #include <vector>
 
 namespace risorius::test {

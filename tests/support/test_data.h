@@ -2,9 +2,8 @@
 #pragma once
 
 #include <filesystem>
-#include <string>
-
 #include <gtest/gtest.h>
+#include <string>
 
 namespace risorius::test {
 
@@ -27,7 +26,7 @@ class TemporaryFolder {
 }  // namespace risorius::test
 
 // A macro, because GTEST_SKIP must return from the test itself.
-#define RISORIUS_NEEDS_DATA(variable, relative)                                         \
-  const std::filesystem::path variable = risorius::test::data_folder() / (relative);    \
-  if (risorius::test::data_folder().empty() || !std::filesystem::exists(variable))      \
+#define RISORIUS_NEEDS_DATA(variable, relative)                                      \
+  const std::filesystem::path variable = risorius::test::data_folder() / (relative); \
+  if (risorius::test::data_folder().empty() || !std::filesystem::exists(variable))   \
   GTEST_SKIP() << "no " << (relative) << ": set RISORIUS_DATA to the data folder"

@@ -1,14 +1,12 @@
 // The daemon as its users meet it: mistakes, bad input, control messages, the documented Python client.
 #include <arpa/inet.h>
-#include <sys/socket.h>
-#include <unistd.h>
-
 #include <fstream>
+#include <gtest/gtest.h>
 #include <random>
 #include <regex>
 #include <sstream>
-
-#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include "replay/daemon_client.h"
 #include "replay/sender.h"
@@ -63,10 +61,13 @@ TEST(Daemon, CountsGarbageAndGoesOn) {
     sender.send(bytes);
   }
   ASSERT_TRUE(becomes_true(daemon, [&](const nlohmann::json& face) {
-    return face.at("datagrams").at("received").get<std::uint64_t>() + face.at("datagrams").at("kernel_drops").get<std::uint64_t>() == kGarbage;
+    return face.at("datagrams").at("received").get<std::uint64_t>() +
+               face.at("datagrams").at("kernel_drops").get<std::uint64_t>() ==
+           kGarbage;
   }));
   EXPECT_EQ(daemon.status().at("streams").at("face").at("datagrams").at("refused"), kGarbage);
-  const auto sent = run({program("risorius").string(), "replay", "builtin:1", "--to", daemon.input("face"), "--speed", "4"});
+  const auto sent =
+      run({program("risorius").string(), "replay", "builtin:1", "--to", daemon.input("face"), "--speed", "4"});
   ASSERT_EQ(sent.exit_code, 0) << sent.output;
   EXPECT_TRUE(becomes_true(daemon, [](const nlohmann::json& face) { return face.at("solved") == 120; }));
   EXPECT_EQ(daemon.end().exit_code, 0);
@@ -77,7 +78,9 @@ TEST(Daemon, SaysWhoHasThePort) {
   RunningDaemon first(folder.path(), kFace);
   ASSERT_TRUE(first.up());
   const auto listen = first.input("face");
-  std::ofstream(other.path() / "b.toml") << "[output]\npublish = \"tcp://127.0.0.1:*\"\ncontrol = \"tcp://127.0.0.1:*\"\n[[source]]\nlisten = \"" << listen << "\"\n";
+  std::ofstream(other.path() / "b.toml")
+      << "[output]\npublish = \"tcp://127.0.0.1:*\"\ncontrol = \"tcp://127.0.0.1:*\"\n[[source]]\nlisten = \"" << listen
+      << "\"\n";
   const auto refused = run({program("risoriusd").string(), "--config", (other.path() / "b.toml").string()}, 20);
   EXPECT_EQ(refused.exit_code, 1);
   EXPECT_NE(refused.output.find(std::to_string(port_of(listen))), std::string::npos) << refused.output;
@@ -87,10 +90,12 @@ TEST(Daemon, SaysWhoHasThePort) {
 TEST(Daemon, ReportsAllConfigurationProblemsTogether) {
   TemporaryFolder folder;
   const auto path = folder.path() / "bad.toml";
-  std::ofstream(path) << "[fill]\nmax_gap_s = -1\nmax_gap_sec = 2\n[[source]]\nname = \"a b\"\nlisten = \"tcp://x\"\naxes = \"LLU\"\n[outputs]\n";
+  std::ofstream(path) << "[fill]\nmax_gap_s = -1\nmax_gap_sec = 2\n[[source]]\nname = \"a b\"\nlisten = "
+                         "\"tcp://x\"\naxes = \"LLU\"\n[outputs]\n";
   const auto refused = run({program("risoriusd").string(), "--config", path.string()}, 20);
   EXPECT_EQ(refused.exit_code, 1);
-  for (const char* part : {"6 problems", "fill.max_gap_s", "fill.max_gap_sec", "source[0].name", "source[0].listen", "source[0].axes", "outputs"}) {
+  for (const char* part : {"6 problems", "fill.max_gap_s", "fill.max_gap_sec", "source[0].name", "source[0].listen",
+                           "source[0].axes", "outputs"}) {
     EXPECT_NE(refused.output.find(part), std::string::npos) << part << " in\n" << refused.output;
   }
 }
@@ -100,7 +105,8 @@ TEST(Daemon, PrintsAConfigurationThatItReads) {
   const auto printed = run({program("risoriusd").string(), "--print-config"});
   ASSERT_EQ(printed.exit_code, 0) << printed.output;
   std::ofstream(folder.path() / "printed.toml") << printed.output;
-  const auto again = run({program("risoriusd").string(), "--config", (folder.path() / "printed.toml").string(), "--print-config"});
+  const auto again =
+      run({program("risoriusd").string(), "--config", (folder.path() / "printed.toml").string(), "--print-config"});
   EXPECT_EQ(again.exit_code, 0) << again.output;
   EXPECT_EQ(again.output, printed.output);
 }
@@ -143,12 +149,14 @@ TEST(Daemon, CapturesANeutralOnRequest) {
   TemporaryFolder folder;
   RunningDaemon daemon(folder.path(), kFace);
   ASSERT_TRUE(daemon.up());
-  const auto refused = ask_daemon(daemon.control(), {{"command", "capture_neutral"}, {"stream", "nobody"}}, std::chrono::seconds(10));
+  const auto refused =
+      ask_daemon(daemon.control(), {{"command", "capture_neutral"}, {"stream", "nobody"}}, std::chrono::seconds(10));
   EXPECT_FALSE(refused.at("ok"));
   EXPECT_NE(refused.at("error").get<std::string>().find("face"), std::string::npos) << "it names the streams";
   Process sender({program("risorius").string(), "replay", "builtin:4", "--to", daemon.input("face"), "--speed", "2"});
   ASSERT_TRUE(becomes_true(daemon, [](const nlohmann::json& face) { return face.at("solved") > 20; }));
-  const auto accepted = run({program("risorius").string(), "control", "--connect", daemon.control(), "neutral", "--seconds", "0.5"});
+  const auto accepted =
+      run({program("risorius").string(), "control", "--connect", daemon.control(), "neutral", "--seconds", "0.5"});
   EXPECT_EQ(accepted.exit_code, 0) << accepted.output;
   EXPECT_TRUE(becomes_true(daemon, [](const nlohmann::json& face) { return face.at("neutral_captures") == 1; }));
   EXPECT_EQ(sender.finish().exit_code, 0);
@@ -160,9 +168,10 @@ TEST(Daemon, AnswersMalformedControlMessages) {
   TemporaryFolder folder;
   RunningDaemon daemon(folder.path(), kFace);
   ASSERT_TRUE(daemon.up());
-  for (const nlohmann::json& request : {nlohmann::json(7), nlohmann::json::array({1, 2}), nlohmann::json{{"command", 3}},
-                                        nlohmann::json{{"command", "dance"}}, nlohmann::json{{"command", "capture_neutral"}, {"seconds", -1}},
-                                        nlohmann::json{{"command", "capture_neutral"}, {"seconds", "long"}}}) {
+  for (const nlohmann::json& request :
+       {nlohmann::json(7), nlohmann::json::array({1, 2}), nlohmann::json{{"command", 3}},
+        nlohmann::json{{"command", "dance"}}, nlohmann::json{{"command", "capture_neutral"}, {"seconds", -1}},
+        nlohmann::json{{"command", "capture_neutral"}, {"seconds", "long"}}}) {
     const auto answer = ask_daemon(daemon.control(), request, std::chrono::seconds(10));
     EXPECT_FALSE(answer.at("ok")) << request.dump();
     EXPECT_FALSE(answer.at("error").get<std::string>().empty());
@@ -171,7 +180,8 @@ TEST(Daemon, AnswersMalformedControlMessages) {
 }
 
 TEST(Daemon, PythonClientOfTheReadmeReadsIt) {
-  if (run({"python3", "-c", "import zmq, msgpack"}).exit_code != 0) GTEST_SKIP() << "python3 with zmq and msgpack is not installed";
+  if (run({"/usr/bin/python3", "-c", "import zmq, msgpack"}).exit_code != 0)
+    GTEST_SKIP() << "python3 with zmq and msgpack is not installed";
   std::ifstream readme(std::filesystem::path(RISORIUS_SOURCE_DIR) / "daemon/README.md");
   std::ostringstream text;
   text << readme.rdbuf();
@@ -181,7 +191,7 @@ TEST(Daemon, PythonClientOfTheReadmeReadsIt) {
   std::ofstream(folder.path() / "client.py") << all.substr(begin, all.find("```", begin) - begin);
   RunningDaemon daemon(folder.path(), kFace);
   ASSERT_TRUE(daemon.up());
-  Process client({"python3", (folder.path() / "client.py").string(), daemon.publish()});
+  Process client({"/usr/bin/python3", (folder.path() / "client.py").string(), daemon.publish()});
   Process sender({program("risorius").string(), "replay", "builtin:3", "--loop", "--to", daemon.input("face")});
   EXPECT_TRUE(client.wait_for_output("face", 20)) << client.output();
   EXPECT_NE(client.output().find("AU"), std::string::npos) << client.output();

@@ -1,9 +1,8 @@
 // Takes over real sockets through the real daemon: what is recorded equals the offline causal run bit for bit, ledgers
 // balance and nothing is lost.
 #include <fstream>
-#include <sstream>
-
 #include <gtest/gtest.h>
+#include <sstream>
 
 #include "support/process.h"
 #include "support/test_data.h"
@@ -29,12 +28,14 @@ void expect_equal_takes(const std::filesystem::path& live, const std::filesystem
 
 void expect_balanced(const nlohmann::json& ledger, const std::string& what) {
   const auto of = [&](const char* key) { return ledger.at(key).get<std::uint64_t>(); };
-  EXPECT_EQ(of("received"), of("emitted") + of("dropped") + of("refused") + of("held")) << what << ": " << ledger.dump();
+  EXPECT_EQ(of("received"), of("emitted") + of("dropped") + of("refused") + of("held"))
+      << what << ": " << ledger.dump();
   EXPECT_EQ(of("held"), 0u) << what;
 }
 
 void expect_nothing_lost(const nlohmann::json& stream, std::uint64_t frames) {
-  for (const char* ledger : {"datagrams", "reorder", "admission", "despike", "fill", "solve"}) expect_balanced(stream.at(ledger), ledger);
+  for (const char* ledger : {"datagrams", "reorder", "admission", "despike", "fill", "solve"})
+    expect_balanced(stream.at(ledger), ledger);
   expect_balanced(stream.at("frames").at("assembled"), "assembled");
   EXPECT_EQ(stream.at("solved"), frames);
   EXPECT_EQ(stream.at("frames").at("lost"), 0);
@@ -57,11 +58,13 @@ bool all_solved(const RunningDaemon& daemon, const std::map<std::string, std::ui
 TEST(Streaming, BuiltinOverUdpEqualsOffline) {
   TemporaryFolder folder;
   const auto offline = folder.path() / "offline";
-  const auto made = run({program("risorius").string(), "dataset", "builtin:4", "--rig", "builtin", "--causal", "-o", offline.string()});
+  const auto made = run(
+      {program("risorius").string(), "dataset", "builtin:4", "--rig", "builtin", "--causal", "-o", offline.string()});
   ASSERT_EQ(made.exit_code, 0) << made.output;
   RunningDaemon daemon(folder.path(), "[[source]]\nname = \"face\"\nlisten = \"udp://127.0.0.1:0\"\n");
   ASSERT_TRUE(daemon.up()) << daemon.process().output();
-  const auto sent = run({program("risorius").string(), "replay", "builtin:4", "--to", daemon.input("face"), "--speed", "4"});
+  const auto sent =
+      run({program("risorius").string(), "replay", "builtin:4", "--to", daemon.input("face"), "--speed", "4"});
   ASSERT_EQ(sent.exit_code, 0) << sent.output;
   constexpr std::uint64_t kFrames = 480;  // 4 s at the performer's 120 Hz
   ASSERT_TRUE(all_solved(daemon, {{"face", kFrames}}));
@@ -69,7 +72,8 @@ TEST(Streaming, BuiltinOverUdpEqualsOffline) {
   const auto ended = daemon.end();
   ASSERT_EQ(ended.exit_code, 0) << ended.output;
   expect_equal_takes(daemon.dataset() / "face-001", offline / "builtin");
-  const auto checked = run({"sh", "-c", "cd '" + daemon.dataset().string() + "' && sha256sum -c --quiet manifest-sha256.txt"});
+  const auto checked =
+      run({"sh", "-c", "cd '" + daemon.dataset().string() + "' && sha256sum -c --quiet manifest-sha256.txt"});
   EXPECT_EQ(checked.exit_code, 0) << checked.output;
 }
 
@@ -88,8 +92,10 @@ TEST(Streaming, TwoRealTakesAtOnceOverUdpAndZmqEqualOffline) {
   const auto made = run({tool, "dataset", jaw, eyebrows, "--rig", rig, "--causal", "-o", offline.string()});
   ASSERT_EQ(made.exit_code, 0) << made.output;
 
-  RunningDaemon daemon(folder.path(), "[[source]]\nname = \"jaw\"\nlisten = \"udp://127.0.0.1:0\"\nrig = \"" + rig +
-                                          "\"\n[[source]]\nname = \"eyebrows\"\nlisten = \"zmq+tcp://127.0.0.1:0\"\nrig = \"" + rig + "\"\n");
+  RunningDaemon daemon(folder.path(),
+                       "[[source]]\nname = \"jaw\"\nlisten = \"udp://127.0.0.1:0\"\nrig = \"" + rig +
+                           "\"\n[[source]]\nname = \"eyebrows\"\nlisten = \"zmq+tcp://127.0.0.1:0\"\nrig = \"" + rig +
+                           "\"\n");
   ASSERT_TRUE(daemon.up()) << daemon.process().output();
   Process first({tool, "replay", jaw, "--to", daemon.input("jaw"), "--speed", "10"});
   Process second({tool, "replay", eyebrows, "--to", daemon.input("eyebrows"), "--speed", "10"});
