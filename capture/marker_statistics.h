@@ -21,7 +21,7 @@ struct MarkerStatisticsOptions {
   double memory_s = 60;          ///< time constant of forgetting, > 0
   double noise_floor_mm = 0.05;  ///< no marker is believed to be measured better than this (per axis), > 0
   double model_doubt = 16;       ///< conditioning believes in this many times the learnt noise, >= 1
-  double learn_rate_hz = 120;    ///< at most so many frames a second are learnt from, > 0
+  double learn_rate_hz = 60;     ///< at most so many frames a second are learnt from, > 0
 };
 
 class MarkerStatistics {

@@ -143,13 +143,15 @@ void AuSolver::solve(const MarkerFrame& frame, AuFrame& out) noexcept {
   decide_observed();
   prepare_penalties(frame.header.capture_time_ns);
   world_from_head_ = pose.world_from_head;
-  QpResult qp = fit();
-  for (int refinement = 0; stabilisers_move_ && refinement < options_.pose_refinements; ++refinement) {
+  // Only the last fit is published, so only that one must be exact.
+  const int refinements = stabilisers_move_ ? options_.pose_refinements : 0;
+  for (int refinement = 0; refinement < refinements; ++refinement) {
+    fit(QpEffort::kPrediction);
     pose = estimate_pose();
     if (!pose.determined) break;
     world_from_head_ = pose.world_from_head;
-    qp = fit();
   }
+  const QpResult qp = fit(QpEffort::kExact);
   publish(qp, out);
   fresh_ = false;
   last_time_ns_ = frame.header.capture_time_ns;
@@ -188,7 +190,7 @@ void AuSolver::prepare_penalties(std::int64_t capture_time_ns) noexcept {
   previous_x_ = x_;
 }
 
-QpResult AuSolver::fit() noexcept {
+QpResult AuSolver::fit(QpEffort effort) noexcept {
   const RigidTransform head_from_world = world_from_head_.inverse();
   for (Eigen::Index m = 0; m < basis_.marker_count(); ++m) {
     y_mm_.segment<3>(3 * m).setZero();
@@ -197,13 +199,17 @@ QpResult AuSolver::fit() noexcept {
   }
   weight_ = markers_.weight();
   for (int iteration = 0;; ++iteration) {
-    const QpResult qp = fit_weighted();
+    fit_weighted(QpEffort::kPrediction);
     measure_residuals();
-    if (iteration == options_.robust_iterations || !reweigh(iteration)) return qp;
+    if (iteration == options_.robust_iterations || !reweigh(iteration)) break;
   }
+  if (effort == QpEffort::kPrediction) return {};
+  const QpResult qp = fit_weighted(effort);
+  measure_residuals();
+  return qp;
 }
 
-QpResult AuSolver::fit_weighted() noexcept {
+QpResult AuSolver::fit_weighted(QpEffort effort) noexcept {
   if (weight_ != gram_weight_) {
     basis_.gram(weight_, gram_);
     gram_weight_ = weight_;
@@ -225,7 +231,7 @@ QpResult AuSolver::fit_weighted() noexcept {
   }
   b_fit_ = b_;
   b_fit_.noalias() -= h_ * fixed_;
-  const QpResult qp = qp_.solve(h_, b_fit_, upper_, solution_);
+  const QpResult qp = qp_.solve(h_, b_fit_, upper_, solution_, effort);
   x_ = solution_ + fixed_;
   basis_.deform(x_, fitted_mm_);
   return qp;

@@ -58,8 +58,8 @@ class AuSolver {
   HeadPoseResult estimate_pose() noexcept;
   void decide_observed() noexcept;
   void prepare_penalties(std::int64_t capture_time_ns) noexcept;
-  QpResult fit() noexcept;
-  QpResult fit_weighted() noexcept;
+  QpResult fit(QpEffort effort) noexcept;
+  QpResult fit_weighted(QpEffort effort) noexcept;
   void measure_residuals() noexcept;
   bool reweigh(int iteration) noexcept;
   void publish(const QpResult& qp, AuFrame& out) noexcept;

@@ -43,7 +43,7 @@ BoundedQp::BoundedQp(int size)
 void BoundedQp::reset() noexcept { std::fill(place_.begin(), place_.end(), Place::kLower); }
 
 QpResult BoundedQp::solve(const Eigen::MatrixXd& h, const Eigen::VectorXd& b, const Eigen::VectorXd& upper,
-                          Eigen::VectorXd& x) noexcept {
+                          Eigen::VectorXd& x, QpEffort effort) noexcept {
   RISORIUS_CHECK(h.rows() == size_ && h.cols() == size_ && b.size() == size_ && upper.size() == size_ &&
                  x.size() == size_);
   double largest = 1;
@@ -53,23 +53,33 @@ QpResult BoundedQp::solve(const Eigen::MatrixXd& h, const Eigen::VectorXd& b, co
   }
   const Problem problem{h, b, upper, kTolerance * largest};
   QpResult result;
-  if (force_fallback_ || !pivot_blocks(problem, result)) descend_feasibly(problem, result);
+  const bool settled = !force_fallback_ && pivot_blocks(problem, result);
+  if (!settled) descend_feasibly(problem, result);
+  // Should the last digits of Ceres's solution offend where the prediction's did not, the exact descent decides.
+  if (effort == QpEffort::kExact && !result.used_fallback && !settle_with_ceres(problem)) {
+    descend_feasibly(problem, result);
+  }
   move_inside_bounds(problem);
   result.kkt_residual = kkt_residual(problem);
   x = x_;
   return result;
 }
 
-/// x_ becomes the minimum over the free variables with the others at their bounds; gradient_ belongs to it.
-bool BoundedQp::minimise_on_free_set(const Problem& problem) noexcept {
+/// False if H is not positive definite on the variables that are free now. x_ gets the others, at their bounds.
+bool BoundedQp::factor_free_set(const Problem& problem) noexcept {
   free_.clear();
   for (int i = 0; i < size_; ++i) {
     x_[i] = place_[i] == Place::kUpper ? problem.upper[i] : 0;
     if (place_[i] == Place::kFree) free_.push_back(i);
   }
+  return free_.empty() || free_set_.factor(problem.h, free_);
+}
+
+/// x_ becomes the minimum over the free variables with the others at their bounds; gradient_ belongs to it.
+void BoundedQp::minimise_on_free_set(const Problem& problem, Method method) noexcept {
+  for (const int i : free_) x_[i] = 0;
   update_gradient(problem);
-  if (free_.empty()) return true;
-  if (!free_set_.factor(problem.h, free_)) return false;
+  if (free_.empty()) return;
   const std::span<double> c = std::span(c_free_).first(free_.size());
   const std::span<double> step = std::span(x_free_).first(free_.size());
   for (int round = 0; round <= kMaxRefinements; ++round) {
@@ -79,11 +89,21 @@ bool BoundedQp::minimise_on_free_set(const Problem& problem) noexcept {
       largest = std::max(largest, std::abs(c[k]) / problem.h(free_[k], free_[k]));
     }
     if (round > 0 && largest <= problem.tolerance) break;
-    free_set_.solve(c, step);
+    // The first step is the solution; further ones only take away its rounding.
+    if (method == Method::kCeres && round == 0) {
+      free_set_.solve(c, step);
+    } else {
+      free_set_.predict(c, step);
+    }
     for (std::size_t k = 0; k < free_.size(); ++k) x_[free_[k]] += step[k];
     update_gradient(problem);
   }
-  return true;
+}
+
+/// Solves once more, with Ceres, on the free set that is factored; false if that changes who offends.
+bool BoundedQp::settle_with_ceres(const Problem& problem) noexcept {
+  minimise_on_free_set(problem, Method::kCeres);
+  return exchange_violators(problem, false) == 0;
 }
 
 void BoundedQp::update_gradient(const Problem& problem) noexcept {
@@ -128,7 +148,8 @@ bool BoundedQp::pivot_blocks(const Problem& problem, QpResult& result) noexcept 
   int fewest = size_ + 1, patience = kPatience;
   for (int exchange = 0; exchange < kMaxBlockExchanges; ++exchange) {
     ++result.free_set_solves;
-    if (!minimise_on_free_set(problem)) return false;
+    if (!factor_free_set(problem)) return false;
+    minimise_on_free_set(problem, Method::kPredict);
     const int violators = exchange_violators(problem, false);
     if (violators == 0) return true;
     if (violators < fewest) {
@@ -153,12 +174,13 @@ void BoundedQp::descend_feasibly(const Problem& problem, QpResult& result) noexc
   }
   for (int releases = 0, solves = 0; solves < kMaxFallbackSolves; ++solves) {
     ++result.free_set_solves;
-    if (!minimise_on_free_set(problem)) {
+    if (!factor_free_set(problem)) {
       result.status = QpStatus::kNotPositiveDefinite;
       x_ = feasible_;
       update_gradient(problem);
       return;
     }
+    minimise_on_free_set(problem, Method::kCeres);
     if (!step_to_minimum(problem)) continue;
     const int released = variable_to_release(problem, releases++ >= kReleasesBeforeBland);
     if (released < 0) return;

@@ -2,8 +2,9 @@
 //     minimise 1/2 x' H x - b' x   subject to   0 <= x <= upper,   H symmetric positive definite, K <= 64.
 //
 // Block principal pivoting (Judice & Pires 1994; Kim & Park 2011) chooses which variables are free, warm-started from
-// the last call; Ceres solves on the free set (solve/free_set_solver.h). Where pivoting does not settle, a primal
-// active-set method with Bland's rule takes over, which cannot cycle. Nothing allocates after construction.
+// the last call, predicting with the factored Gram form; on the set on which it settles, Ceres solves
+// (solve/free_set_solver.h). Where pivoting does not settle, a primal active-set method with Bland's rule takes over,
+// which cannot cycle. Nothing allocates after construction.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,6 +16,9 @@
 namespace risorius {
 
 enum class QpStatus : std::uint8_t { kConverged, kIterationLimit, kNotPositiveDefinite };
+
+/// kPrediction leaves Ceres out: for the steps of an outer iteration whose last one is exact.
+enum class QpEffort : std::uint8_t { kExact, kPrediction };
 
 struct QpResult {
   QpStatus status = QpStatus::kConverged;
@@ -30,8 +34,8 @@ class BoundedQp {
 
   /// `h` is K x K, both triangles filled, diagonal > 0; `upper` >= 0, and an upper bound of 0 fixes the variable at 0.
   /// `x` has K entries and is overwritten; it always lies within the bounds.
-  QpResult solve(const Eigen::MatrixXd& h, const Eigen::VectorXd& b, const Eigen::VectorXd& upper,
-                 Eigen::VectorXd& x) noexcept;
+  QpResult solve(const Eigen::MatrixXd& h, const Eigen::VectorXd& b, const Eigen::VectorXd& upper, Eigen::VectorXd& x,
+                 QpEffort effort = QpEffort::kExact) noexcept;
 
   /// Variances of the last solution at unit noise: diag(H_FF^-1) for free variables; 1 / H_ii, which is conditional on
   /// all others, for variables at a bound.
@@ -54,8 +58,11 @@ class BoundedQp {
     const Eigen::VectorXd& upper;
     double tolerance;  // of x and D^-1 g
   };
+  enum class Method : std::uint8_t { kPredict, kCeres };
 
-  bool minimise_on_free_set(const Problem& problem) noexcept;
+  bool factor_free_set(const Problem& problem) noexcept;
+  void minimise_on_free_set(const Problem& problem, Method method) noexcept;
+  bool settle_with_ceres(const Problem& problem) noexcept;
   void update_gradient(const Problem& problem) noexcept;
   double violation(const Problem& problem, int i) const noexcept;
   bool pivot_blocks(const Problem& problem, QpResult& result) noexcept;

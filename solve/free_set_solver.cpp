@@ -78,6 +78,14 @@ class Bucket {
     for (int i = 0; i < n; ++i) x[i] = scale_[i] * z_[i];
   }
 
+  void predict(std::span<const double> c, std::span<double> x) noexcept {
+    const int n = static_cast<int>(c.size());
+    z_.setZero();
+    for (int i = 0; i < n; ++i) z_[i] = scale_[i] * c[i];
+    llt_.solveInPlace(z_);
+    for (int i = 0; i < n; ++i) x[i] = scale_[i] * z_[i];
+  }
+
   void inverse_diagonal(std::span<double> diagonal) const noexcept {
     Matrix inverse_l = Matrix::Identity();
     llt_.matrixL().solveInPlace(inverse_l);
@@ -154,6 +162,12 @@ void FreeSetSolver::solve(std::span<const double> c, std::span<double> x) noexce
   RISORIUS_CHECK(c.size() == buckets_->free_count && x.size() == c.size());
   if (c.empty()) return;
   buckets_->with_current([&](auto& bucket) { bucket.solve(c, x); });
+}
+
+void FreeSetSolver::predict(std::span<const double> c, std::span<double> x) noexcept {
+  RISORIUS_CHECK(c.size() == buckets_->free_count && x.size() == c.size());
+  if (c.empty()) return;
+  buckets_->with_current([&](auto& bucket) { bucket.predict(c, x); });
 }
 
 void FreeSetSolver::inverse_diagonal(std::span<double> diagonal) const noexcept {

@@ -20,16 +20,14 @@ namespace risorius::bench {
 namespace {
 
 constexpr std::size_t kMarkers = 60;
-constexpr double kSeconds = 25;
-constexpr int kPasses = 5;
 
 struct Recorded {
   MarkerSet set;
   std::vector<MarkerFrame> frames;
 };
 
-Recorded perform() {
-  PerformerTake take(builtin_rig(), PerformerOptions{.rate_hz = 240, .seconds = kSeconds});
+Recorded perform(double seconds) {
+  PerformerTake take(builtin_rig(), PerformerOptions{.rate_hz = 240, .seconds = seconds});
   Recorded recorded{take.info().markers, {}};
   while (recorded.set.names.size() < kMarkers)
     recorded.set.names.push_back(fmt::format("extra{}", recorded.set.names.size()));
@@ -155,13 +153,13 @@ void time_pass(const Recorded& recorded, const Rig& rig, Times& times) {
             count);
 }
 
-int measure() {
-  const Recorded recorded = perform();
+int measure(double seconds, int passes) {
+  const Recorded recorded = perform(seconds);
   const Rig rig = builtin_rig();
   Times times;
-  for (int pass = 0; pass < kPasses; ++pass) {
+  for (int pass = 0; pass < passes; ++pass) {
     time_pass(recorded, rig, times);
-    fmt::print(stderr, "\rpass {} of {} ", pass + 1, kPasses);
+    fmt::print(stderr, "\rpass {} of {} ", pass + 1, passes);
   }
   fmt::print(stderr, "\n");
   BenchReport report("stages");
@@ -174,9 +172,10 @@ int measure() {
 }  // namespace
 }  // namespace risorius::bench
 
-int main() {
+// bench_stages [SECONDS of performance, 25] [PASSES, 5]
+int main(int argc, char** argv) {
   try {
-    return risorius::bench::measure();
+    return risorius::bench::measure(argc > 1 ? std::atof(argv[1]) : 25, argc > 2 ? std::atoi(argv[2]) : 5);
   } catch (const std::exception& error) {
     fmt::print(stderr, "bench stages: {}\n", error.what());
     return 1;
