@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/bench_report.h"
 #include "capture/despiker.h"
 #include "capture/gap_baselines.h"
 #include "capture/gap_filler.h"
@@ -102,7 +103,7 @@ void score(const std::vector<MarkerFrame>& clean, const std::vector<MarkerFrame>
   }
 }
 
-void bench_fill(const test::MarkerTake& take, int draws) {
+void bench_fill(const test::MarkerTake& take, int draws, bench::BenchReport& report) {
   const std::vector<std::pair<const char*, Fill>> methods = {
       {"linear (seed 000)", [](auto& frames, const auto&) { fill_linear(frames, INT64_MAX); }},
       {"hold", [](auto& frames, const auto& set) { fill_causal(frames, set, FillMethod::kHold); }},
@@ -127,13 +128,16 @@ void bench_fill(const test::MarkerTake& take, int draws) {
       }
       std::printf("  %5.3f/%5.3f %3.0f%% %4.2f", sums.error / sums.count, std::sqrt(sums.squared / sums.count),
                   100 * sums.inside / (3 * sums.count), sums.step / sums.steps);
+      report.add(std::string(name) + ", " + std::to_string(task.gap) + "x" + std::to_string(task.markers),
+                 sums.error / sums.count);
     }
     std::printf("\n");
     std::fflush(stdout);
   }
 }
 
-void bench_despike(const char* name, const test::MarkerTake& take, DespikeMethod method, int seeds) {
+void bench_despike(const char* name, const test::MarkerTake& take, DespikeMethod method, int seeds,
+                   bench::BenchReport& report) {
   test::DespikeScore score;
   double seconds = 0;
   for (int seed = 1; seed <= seeds; ++seed) {
@@ -156,6 +160,10 @@ void bench_despike(const char* name, const test::MarkerTake& take, DespikeMethod
               100.0 * static_cast<double>(score.rejected_false) / static_cast<double>(score.false_samples),
               100.0 * static_cast<double>(score.rejected_good) / static_cast<double>(score.good_samples),
               1e6 * seconds / static_cast<double>(take.frames.size()) / seeds);
+  report.add(std::string("despike ") + name + ": events found",
+             100.0 * static_cast<double>(score.found) / static_cast<double>(score.events));
+  report.add(std::string("despike ") + name + ": false alarms",
+             100.0 * static_cast<double>(score.rejected_good) / static_cast<double>(score.good_samples));
 }
 
 }  // namespace
@@ -171,10 +179,11 @@ int main(int argc, char** argv) {
     return 1;
   }
   const test::MarkerTake eyebrows = test::read_marker_csv(folder / "eyebrows.csv", 60);
-  bench_despike("jaw", jaw, DespikeMethod::kHeadFrame, draws);
-  bench_despike("jaw (seed 000)", jaw, DespikeMethod::kDisplacement, draws);
-  bench_despike("eyebrows", eyebrows, DespikeMethod::kHeadFrame, draws);
-  bench_despike("eyebrows (seed 000)", eyebrows, DespikeMethod::kDisplacement, draws);
-  bench_fill(jaw, draws);
-  return 0;
+  bench::BenchReport report("repair");
+  bench_despike("jaw", jaw, DespikeMethod::kHeadFrame, draws, report);
+  bench_despike("jaw (seed 000)", jaw, DespikeMethod::kDisplacement, draws, report);
+  bench_despike("eyebrows", eyebrows, DespikeMethod::kHeadFrame, draws, report);
+  bench_despike("eyebrows (seed 000)", eyebrows, DespikeMethod::kDisplacement, draws, report);
+  bench_fill(jaw, draws, report);
+  return report.finish();
 }

@@ -9,6 +9,7 @@
 #include <functional>
 #include <vector>
 
+#include "bench/bench_report.h"
 #include "solve/au_solver.h"
 #include "solve/bounded_qp.h"
 #include "solve/marker_basis.h"
@@ -234,7 +235,7 @@ void print_table(const std::vector<Method>& methods) {
   }
 }
 
-void bench(int markers, int aus, int frames) {
+void measure(int markers, int aus, int frames, bench::BenchReport& report) {
   const Problem p = make_problem(markers, aus, frames);
   LivePath live(p), occluded(p);
   PlainGram plain(p);
@@ -270,6 +271,12 @@ void bench(int markers, int aus, int frames) {
   fmt::print("{} markers x {} AUs, {} frames, {:.2f} free sets per frame\n", markers, aus, frames,
              static_cast<double>(live.free_sets) / frames);
   print_table(methods);
+  const auto median = [&](std::size_t method) { return percentile(methods[method].us, 0.5); };
+  const std::string size = fmt::format("{}x{}", markers, aus);
+  report.add("bounded Ceres / live, " + size, median(3) / median(0));
+  report.add("live / plain Gram active set, " + size, median(0) / median(1));
+  report.add("5 % of the markers missing / live, " + size, median(2) / median(0));
+  report.add("whole stage / live, " + size, median(4) / median(0));
 }
 
 }  // namespace
@@ -277,7 +284,9 @@ void bench(int markers, int aus, int frames) {
 
 int main(int argc, char** argv) {
   const int frames = argc > 1 ? std::max(20, std::atoi(argv[1])) : 300;
+  risorius::bench::BenchReport report("solve");
   for (const int aus : {15, 52}) {
-    for (const int markers : {55, 165}) risorius::bench(markers, aus, frames);
+    for (const int markers : {55, 165}) risorius::measure(markers, aus, frames, report);
   }
+  return report.finish();
 }
