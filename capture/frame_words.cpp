@@ -10,6 +10,8 @@ std::string_view word_of(SolverStatus status) noexcept {
       return "converged";
     case SolverStatus::kIterationLimit:
       return "iteration_limit";
+    case SolverStatus::kPoorFit:
+      return "poor_fit";
     case SolverStatus::kTooFewMarkers:
       return "too_few_markers";
   }

@@ -57,7 +57,8 @@ struct MarkerFrame {
 /// kNotObserved: no visible marker informs the AU. kHeld: not observed now, the value is the last observed one.
 enum class AuState : std::uint8_t { kNotObserved, kObserved, kHeld };
 enum class AuFrameKind : std::uint8_t { kSolved, kPredicted };
-enum class SolverStatus : std::uint8_t { kNotSolved, kConverged, kIterationLimit, kTooFewMarkers };
+/// kPoorFit: the markers are so far from anything that the rig can be that the rig cannot be this face in this unit.
+enum class SolverStatus : std::uint8_t { kNotSolved, kConverged, kIterationLimit, kTooFewMarkers, kPoorFit };
 
 /// p_world = rotation * p_head + translation.
 struct Pose {

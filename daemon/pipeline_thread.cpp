@@ -66,7 +66,8 @@ void PipelineThread::hand_on_solved(PipelineStream& stream, std::uint32_t stream
   out_.kind = OutputItem::Kind::kSolved;
   out_.stream_id = stream_id;
   while (stream.stages.pop(out_.solved)) {
-    stream.solved.add();
+    stream.processed.add();
+    stream.solved.add(out_.solved.aus.status == SolverStatus::kConverged ? 1 : 0);
     outputs_.publish.send_frame(out_);
     if (outputs_.record != nullptr) outputs_.record->send_frame(out_);
     if (stream.stages.neutral_capture().completed != stream.neutral_captures.value()) {

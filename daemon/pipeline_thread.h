@@ -29,7 +29,7 @@ struct PipelineStream {
     const std::scoped_lock lock(mutex_);
     rig_problem_ = stages.rig_problem();
   }
-  Counter solved;  ///< frames handed on
+  Counter processed, solved;  ///< frames handed on
   Counter continuations;
   Counter neutral_captures;  ///< completed
 

@@ -152,7 +152,9 @@ nlohmann::json Service::capture_neutral(const nlohmann::json& request) {
   }
   for (auto& input : inputs_) {
     if (input.name() != name && !(name.empty() && inputs_.size() == 1)) continue;
-    input.admit_neutral_capture(static_cast<std::int64_t>(seconds * 1e9));
+    if (!input.admit_neutral_capture(static_cast<std::int64_t>(seconds * 1e9))) {
+      throw UserError(input.name(), "no frames are coming", "start the source first");
+    }
     return {{"ok", true}, {"stream", input.name()}, {"seconds", seconds}};
   }
   std::string names;

@@ -74,6 +74,7 @@ nlohmann::json status_of_stream(const StreamInput& input, const PipelineStream& 
   json["fill"]["filled_markers"] = filled_samples(stream.stages.filler());
   json["fill"]["left_missing_markers"] = stream.stages.filler().left_missing().value();
   json["solve"] = ledger_json(stream.stages.solver().ledger());
+  json["processed"] = stream.processed.value();
   json["solved"] = stream.solved.value();
   json["continuations"] = stream.continuations.value();
   json["neutral_captures"] = stream.neutral_captures.value();
@@ -100,7 +101,7 @@ std::string summary_of(const nlohmann::json& status) {
     const auto& datagrams = s.at("datagrams");
     const auto& frames = s.at("frames");
     text += fmt::format("{}\n", name);
-    text += fmt::format("  datagrams  received {}  used {}  dropped {}  refused {}  kernel drops {}\n",
+    text += fmt::format("  datagrams  received {}  used {}  repeated or late {}  refused {}  kernel drops {}\n",
                         datagrams.at("received").dump(), datagrams.at("emitted").dump(), datagrams.at("dropped").dump(),
                         datagrams.at("refused").dump(), datagrams.at("kernel_drops").dump());
     if (!datagrams.at("errors").empty()) text += fmt::format("    refused for {}\n", datagrams.at("errors").dump());
@@ -114,7 +115,8 @@ std::string summary_of(const nlohmann::json& status) {
     for (const auto& [reason, count] : s.at("despike").at("rejected").items()) rejected += count.get<std::uint64_t>();
     text += fmt::format("  repaired   {} markers rejected, {} filled, {} left missing\n", rejected,
                         s.at("fill").at("filled_markers").dump(), s.at("fill").at("left_missing_markers").dump());
-    text += fmt::format("  solved     {}  continuations {}\n", s.at("solved").dump(), s.at("continuations").dump());
+    text += fmt::format("  processed  {}  of these solved {}  continuations {}\n", s.at("processed").dump(),
+                        s.at("solved").dump(), s.at("continuations").dump());
     const auto& latency = s.at("latency_us");
     text += fmt::format("  latency    received to published: median {:.3f} ms, 99 % {:.3f} ms, longest {:.3f} ms\n",
                         latency.at("p50").get<double>() * 1e-3, latency.at("p99").get<double>() * 1e-3,

@@ -72,9 +72,11 @@ std::uint64_t StreamInput::granted_receive_buffer_bytes() const noexcept {
   return udp_ ? udp_->granted_buffer_bytes() : 0;
 }
 
-void StreamInput::admit_neutral_capture(std::int64_t duration_ns) {
+bool StreamInput::admit_neutral_capture(std::int64_t duration_ns) {
+  if (!stream_open_) return false;
   item_.duration_ns = duration_ns;
   admit_control(AdmittedItem::Kind::kNeutralCapture, nullptr);
+  return true;
 }
 
 void StreamInput::on_ready() {

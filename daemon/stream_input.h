@@ -27,7 +27,8 @@ class StreamInput {
   void start();
   /// Closes the socket and admits what is left, then the end of the stream.
   void stop();
-  void admit_neutral_capture(std::int64_t duration_ns);
+  /// False if no frames are coming: there is no face to capture.
+  bool admit_neutral_capture(std::int64_t duration_ns);
 
   const std::string& name() const noexcept { return name_; }
   /// Where senders can send (with the port that the system chose, if asked for one).

@@ -28,7 +28,7 @@ namespace {
 
 struct DatasetArguments {
   std::vector<std::string> takes;
-  std::string rig, output, config;
+  std::string rig, output, config, source;
   bool causal = false;
   std::string pseudonym, consent, licence;
   TakeArguments take;
@@ -160,9 +160,36 @@ void print_summary(const std::vector<TakeJob>& jobs) {
   }
 }
 
+/// Before anything is written: every take opens, and the rig knows its markers.
+void refuse_what_cannot_be_solved(const DatasetArguments& arguments, const Rig& rig) {
+  for (const auto& name : arguments.takes) {
+    const auto take = open_take_or_builtin(name, arguments.take.options());
+    AuSolver solver(rig);
+    try {
+      solver.use_marker_set(take->info().markers);
+    } catch (const UserError& error) {
+      throw UserError(name + ": " + error.what());
+    }
+  }
+}
+
+void warn_of_unsolved_frames(const std::vector<TakeJob>& jobs) {
+  for (const auto& job : jobs) {
+    const std::uint64_t frames = job.dataset->frame_count(), solved = job.dataset->solved_count();
+    if (10 * solved >= 9 * frames) continue;
+    fmt::print(stderr,
+               "{}: warning: {} of {} frames could not be solved; column solver of quality.csv says why (poor_fit: is "
+               "this the "
+               "take's rig; are --units and --axes right?)\n",
+               job.name, frames - solved, frames);
+  }
+}
+
 void make_dataset(const DatasetArguments& arguments) {
   const Rig rig = rig_of_argument(arguments.rig);
-  const StageConfig stages = arguments.config.empty() ? StageConfig{} : load_stage_config(arguments.config);
+  refuse_what_cannot_be_solved(arguments, rig);
+  const StageConfig stages =
+      arguments.config.empty() ? StageConfig{} : load_stage_config(arguments.config, arguments.source);
   std::vector<TakeJob> jobs = name_jobs(arguments);
   begin_dataset_folder(arguments.output);
   process_in_parallel(jobs, arguments, rig, stages);
@@ -176,6 +203,7 @@ void make_dataset(const DatasetArguments& arguments) {
                              .licence = arguments.licence,
                              .options_toml = print_stage_config(stages)}));
   print_summary(jobs);
+  warn_of_unsolved_frames(jobs);
   fmt::print("dataset: {}\n", arguments.output);
 }
 
@@ -190,6 +218,8 @@ void add_dataset_command(CLI::App& app) {
   command->add_flag("--causal", arguments->causal,
                     "exactly what the live service computes; default: gaps filled from both sides");
   command->add_option("--config", arguments->config, "a configuration file of risoriusd: its stage tables are used");
+  command->add_option("--source", arguments->source,
+                      "whose [[source]] tables of the configuration hold, if it has several");
   command->add_option("--pseudonym", arguments->pseudonym, "of the recorded person, kept with the data");
   command->add_option("--consent", arguments->consent, "reference to the person's consent, kept with the data");
   command->add_option("--licence", arguments->licence, "of the dataset, kept with the data");

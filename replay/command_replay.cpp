@@ -93,6 +93,10 @@ void replay(const ReplayArguments& arguments) {
   sender.send_end_of_stream();
   if (progress) progress->finish(done);
   if (!arguments.quiet) print_statistics(sender, pacer);
+  if (const auto& sent = sender.statistics(); 2 * sent.send_errors > sent.datagrams) {
+    throw UserError(arguments.target, fmt::format("{} datagrams were refused: nobody listens there", sent.send_errors),
+                    "start the receiver first");
+  }
 }
 
 }  // namespace

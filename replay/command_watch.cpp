@@ -55,6 +55,7 @@ void add_control_command(CLI::App& app) {
   auto endpoint = std::make_shared<std::string>("tcp://127.0.0.1:7002");
   control->add_option("--connect", *endpoint, "the daemon's [output] control address")->capture_default_str();
   control->require_subcommand(1);
+  control->fallthrough();  // --connect may stand behind the subcommand
 
   CLI::App* neutral = control->add_subcommand("neutral", "take the face as it is now for the neutral");
   auto stream = std::make_shared<std::string>();

@@ -1,5 +1,6 @@
 #include "replay/daemon_client.h"
 
+#include <cerrno>
 #include <zmq_addon.hpp>
 
 #include "capture/errors.h"
@@ -32,8 +33,13 @@ void DaemonSubscriber::receive_for(std::chrono::milliseconds wait, LiveView& vie
   for (std::int64_t left = end_ns - monotonic_now_ns(); left > 0; left = end_ns - monotonic_now_ns()) {
     socket_.set(zmq::sockopt::rcvtimeo, static_cast<int>(left / 1'000'000 + 1));
     zmq::message_t topic, body;
-    if (!socket_.recv(topic)) return;
-    if (!topic.more() || !socket_.recv(body)) continue;
+    try {
+      if (!socket_.recv(topic)) return;
+      if (!topic.more() || !socket_.recv(body)) continue;
+    } catch (const zmq::error_t& error) {
+      if (error.num() == EINTR) return;  // a signal, which the caller looks at
+      throw;
+    }
     const auto* bytes = body.data<std::uint8_t>();
     view.update(topic.to_string(), nlohmann::json::from_msgpack(bytes, bytes + body.size()));
   }

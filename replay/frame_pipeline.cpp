@@ -35,6 +35,7 @@ void FramePipeline::use_marker_set(const MarkerSet& set) {
   despiker_.use_marker_set(set);
   filler_.use_marker_set(set);
   set_index_of_rig_marker_ = index_map(set.names, rig_.marker_names);
+  neutral_.running = false;
   rig_problem_.clear();
   try {
     solver_.use_marker_set(set);
@@ -69,6 +70,7 @@ void FramePipeline::flush() noexcept {
 }
 
 void FramePipeline::reset() noexcept {
+  neutral_.running = false;  // another take is perhaps another actor
   despiker_.reset();
   filler_.reset();
   solver_.flush();

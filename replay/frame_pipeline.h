@@ -62,7 +62,8 @@ class FramePipeline {
   bool continue_from(const AuFrame& frame, Continuation& out) noexcept { return continuer_.process(frame, out); }
 
   /// From the next frame on, average the measured markers in the head frame for `duration_ns` of capture time and then
-  /// put the mean in the place of the rig's neutral (the AU fields stay).
+  /// put the mean in the place of the rig's neutral (the AU fields stay). The end of the take or another set cancels
+  /// it.
   void begin_neutral_capture(std::int64_t duration_ns) noexcept;
   struct NeutralCapture {
     std::uint64_t completed = 0;  ///< how many have ended

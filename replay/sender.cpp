@@ -70,6 +70,7 @@ class Sender::ZmqChannel : public Sender::Channel {
   ZmqChannel(const SendTarget& target, const SenderOptions& options)
       : place_(to_url(target)), socket_(context_, zmq::socket_type::push) {
     const auto give_up_ms = static_cast<int>(options.give_up_after_ns / 1'000'000);
+    socket_.set(zmq::sockopt::immediate, true);  // without a receiver, say so instead of queueing for nobody
     socket_.set(zmq::sockopt::sndhwm, options.zmq_high_water_mark);
     socket_.set(zmq::sockopt::sndtimeo, give_up_ms);
     socket_.set(zmq::sockopt::linger, give_up_ms);
@@ -100,6 +101,8 @@ class Sender::ZmqChannel : public Sender::Channel {
 };
 
 namespace {
+
+constexpr std::int64_t kFirstRepeatNs = 50'000'000;
 
 const SenderOptions& checked(const SenderOptions& options) {
   constexpr std::int64_t kLongest = std::int64_t{std::numeric_limits<int>::max()} * 1'000'000;
@@ -154,6 +157,7 @@ void Sender::send_marker_set(const MarkerSet& set) {
   // Parts of two definitions must not be taken for one.
   if (!set_.names.empty() && in_mm != set_) ++revision_;
   set_ = std::move(in_mm);
+  repeat_set_ns_ = std::min(kFirstRepeatNs, options_.repeat_set_ns);
   send_set_in_force();
 }
 
@@ -163,7 +167,11 @@ void Sender::send_frame(const MarkerFrame& frame) {
                                             frame.header.sequence, frame.count, frame.header.set_id, set_.id,
                                             set_.names.size()));
   }
-  if (monotonic_now_ns() - set_sent_ns_ >= options_.repeat_set_ns) send_set_in_force();
+  if (monotonic_now_ns() - set_sent_ns_ >= repeat_set_ns_) {
+    send_set_in_force();
+    // Often at first, for a receiver that is just coming up.
+    repeat_set_ns_ = std::min(2 * repeat_set_ns_, options_.repeat_set_ns);
+  }
   bool whole = true;
   for (std::size_t next = 0; next < frame.count;) {
     const EncodedPart part = encode(frame, session_, next, buffer_);

@@ -66,6 +66,7 @@ class Sender {
   MarkerSet set_;
   std::uint16_t revision_ = 0;
   std::int64_t set_sent_ns_ = 0;
+  std::int64_t repeat_set_ns_ = 0;    ///< grows from a twentieth of a second to the option
   std::uint64_t frames_offered_ = 0;  ///< those too that the network refused: the receiver counts them as lost
   std::uint64_t last_sequence_ = 0;
   SenderStatistics statistics_;

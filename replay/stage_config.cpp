@@ -55,7 +55,8 @@ void visit_solve(V& v, O& o) {
   v.number("robust_iterations", o.robust_iterations, 0, 20, "reweightings per frame; 0 = plain least squares");
   v.number("min_visible_share", o.min_visible_share, 1e-6, 1,
            "of an AU's displacement energy that must be visible to solve it");
-  v.number("pose_refinements", o.pose_refinements, 0, 5, "alternations of pose and AUs where AUs move stabilisers");
+  v.number("largest_median_mm", o.largest_median_mm, 0.1, 1000, "a frame whose median marker fits worse has no AUs");
+  v.number("pose_refinements", o.pose_refinements, 0, 5, "how often pose and AUs are fitted in turn");
 }
 
 template <class V, class O, class D>
@@ -117,13 +118,38 @@ void throw_if_any(const ConfigProblems& problems, const std::string& place) {
   throw UserError(message);
 }
 
-StageConfig load_stage_config(const std::filesystem::path& path) {
+namespace {
+
+/// The tables of one [[source]] override those at the top; its other keys are the daemon's.
+void read_source_stages(const toml::array& sources, const std::string& name, StageConfig& stages,
+                        ConfigProblems& problems) {
+  std::string names;
+  for (const toml::node& node : sources) {
+    const toml::table& table = *node.as_table();
+    const auto own_name = table["name"].value_or(std::string());
+    if (name == own_name || (name.empty() && sources.size() == 1)) {
+      TomlReader reader(table, "source", problems);
+      read_stage_tables(reader, stages);
+      return;
+    }
+    names += (names.empty() ? "" : ", ") + own_name;
+  }
+  problems.add("source", name.empty() ? "there are several" : "none is called \"" + name + "\"",
+               "choose one with --source: " + names);
+}
+
+}  // namespace
+
+StageConfig load_stage_config(const std::filesystem::path& path, const std::string& source) {
   const toml::table table = parse_toml_file(path);
   ConfigProblems problems;
   TomlReader reader(table, "", problems);
   StageConfig stages;
   read_stage_tables(reader, stages);
-  for (const char* daemons_own : {"output", "record", "queues", "source"}) reader.find(daemons_own);
+  for (const char* daemons_own : {"output", "record", "queues"}) reader.find(daemons_own);
+  if (const toml::node* sources = reader.find("source"); sources != nullptr && sources->is_array_of_tables()) {
+    read_source_stages(*sources->as_array(), source, stages, problems);
+  }
   reader.refuse_unknown();
   throw_if_any(problems, path.string());
   return stages;

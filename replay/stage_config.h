@@ -27,7 +27,8 @@ toml::table parse_toml_file(const std::filesystem::path& path);
 toml::table parse_toml(std::string_view text, const std::string& place);
 void throw_if_any(const ConfigProblems& problems, const std::string& place);
 
-/// The stage tables of a configuration file of the daemon; its other tables are left to the daemon. Throws UserError.
-StageConfig load_stage_config(const std::filesystem::path& path);
+/// The stage tables of a configuration file of the daemon as they hold for the [[source]] named `source` ("" if there
+/// is at most one); its other tables are left to the daemon. Throws UserError.
+StageConfig load_stage_config(const std::filesystem::path& path, const std::string& source);
 
 }  // namespace risorius

@@ -95,6 +95,7 @@ void TakeDataset::write_row(const SolvedFrame& frame) {
   write_quality(frame, time_s);
   find_episodes(frame.aus);
   energy_.add(frame);
+  if (frame.aus.status == SolverStatus::kConverged) ++solved_count_;
   largest_kkt_residual_ = std::max(largest_kkt_residual_, frame.aus.kkt_residual);
   last_capture_time_ns_ = header.capture_time_ns;
   next_sequence_ = header.sequence + 1;
@@ -205,6 +206,7 @@ void TakeDataset::write_take_json() {
   json["source"] = options_.source;
   json["rate_hz"] = rate_hz_;
   json["frames"] = frame_count_;
+  json["solved_frames"] = solved_count_;
   json["lost_frames"] = lost_count_;
   json["first_sequence"] = first_sequence_;
   json["first_capture_time_ns"] = first_capture_time_ns_;

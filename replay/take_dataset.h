@@ -47,6 +47,7 @@ class TakeDataset {
   const std::filesystem::path& folder() const noexcept { return folder_; }
   std::uint64_t frame_count() const noexcept { return frame_count_; }
   std::uint64_t lost_count() const noexcept { return lost_count_; }
+  std::uint64_t solved_count() const noexcept { return solved_count_; }
   std::uint64_t filled_count() const noexcept { return filled_count_; }
   std::uint64_t sample_count() const noexcept { return sample_count_; }
   double largest_kkt_residual() const noexcept { return largest_kkt_residual_; }
@@ -79,8 +80,8 @@ class TakeDataset {
   MarkerEnergy energy_;
   std::uint64_t first_sequence_ = 0, next_sequence_ = 0;
   std::int64_t first_capture_time_ns_ = 0, last_capture_time_ns_ = 0;
-  std::uint64_t frame_count_ = 0, lost_count_ = 0, filled_count_ = 0, rejected_count_ = 0, missing_count_ = 0,
-                sample_count_ = 0;
+  std::uint64_t frame_count_ = 0, lost_count_ = 0, solved_count_ = 0, filled_count_ = 0, rejected_count_ = 0,
+                missing_count_ = 0, sample_count_ = 0;
   double largest_kkt_residual_ = 0;
   bool finished_ = false;
 };

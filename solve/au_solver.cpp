@@ -3,6 +3,7 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <limits>
 
 #include "capture/check.h"
 #include "capture/errors.h"
@@ -11,6 +12,17 @@
 
 namespace risorius {
 namespace {
+
+/// The last frame's face is a good start for this one's pose only so long.
+constexpr std::int64_t kRecentNs = 200'000'000;
+constexpr double kTruncateAtThresholds = 2;
+/// A start that explains the markers so much worse than the last frame's solution, in squares, is not taken
+/// unquestioned.
+constexpr double kAcceptedGrowth = 1.5;
+
+/// In a refinement of the pose a stabiliser pulls so many times as hard as any other marker: AUs never explain all that
+/// the others do, and what they leave must not turn the head.
+constexpr double kStabiliserPull = 5;
 
 /// As in head_pose.cpp: three standard deviations of a normal distribution, from its median.
 constexpr double kMediansToThreshold = 3 * 1.4826;
@@ -63,7 +75,6 @@ AuSolver::AuSolver(Rig rig, const AuSolverOptions& options)
     const auto column = static_cast<Eigen::Index>(m);
     if (!(rig_.stabiliser_weight[column] > 0)) continue;
     stabilisers_.push_back(static_cast<int>(m));
-    stabilisers_move_ = stabilisers_move_ || basis_.moves(column);
   }
   stabiliser_head_mm_.resize(stabilisers_.size());
   stabiliser_world_mm_.resize(stabilisers_.size());
@@ -71,6 +82,9 @@ AuSolver::AuSolver(Rig rig, const AuSolverOptions& options)
   seen_.resize(aus);
   observed_.resize(aus);
   residual_mm_.resize(markers);
+  fitted_head_mm_.resize(markers, Eigen::Vector3d::Zero());
+  seen_world_mm_.resize(markers, Eigen::Vector3d::Zero());
+  pose_weight_.resize(markers);
   scratch_.resize(markers);
   const auto m_count = static_cast<Eigen::Index>(markers), k_count = static_cast<Eigen::Index>(aus);
   for (Eigen::VectorXd* v : {&weight_, &gram_weight_}) *v = Eigen::VectorXd::Zero(m_count);
@@ -132,40 +146,92 @@ void AuSolver::solve(const MarkerFrame& frame, AuFrame& out) noexcept {
   out.header.set_id = au_set_id_;
   out.count = static_cast<std::uint32_t>(rig_.au_count());
   markers_.read(frame);
-  HeadPoseResult pose = estimate_pose();
-  if (!pose.determined) {
+  decide_observed();
+  prepare_penalties(frame.header.capture_time_ns);
+  if (!find_pose(frame.header.capture_time_ns)) {
     out.status = SolverStatus::kTooFewMarkers;
     out.world_from_head = to_pose(world_from_head_);
     std::fill(observed_.begin(), observed_.end(), char{0});
     publish_intensities(options_.noise_mm, false, out);
     return;
   }
-  decide_observed();
-  prepare_penalties(frame.header.capture_time_ns);
-  world_from_head_ = pose.world_from_head;
   // Only the last fit is published, so only that one must be exact.
-  const int refinements = stabilisers_move_ ? options_.pose_refinements : 0;
-  for (int refinement = 0; refinement < refinements; ++refinement) {
-    fit(QpEffort::kPrediction);
-    pose = estimate_pose();
-    if (!pose.determined) break;
-    world_from_head_ = pose.world_from_head;
+  for (int refinement = 0; refinement < options_.pose_refinements; ++refinement) {
+    refine_pose();
+    if (refinement + 1 < options_.pose_refinements) fit(QpEffort::kPrediction);
   }
   const QpResult qp = fit(QpEffort::kExact);
+  last_cost_mm2_ = truncated_mean_square_mm2();
   publish(qp, out);
-  fresh_ = false;
+  fresh_ = out.status == SolverStatus::kPoorFit;  // nothing to go on from
   last_time_ns_ = frame.header.capture_time_ns;
 }
 
-/// Against the face as it was fitted last, so that AUs that move stabilisers do not turn the head.
-HeadPoseResult AuSolver::estimate_pose() noexcept {
+/// Finds the head and fits the AUs to it; false if the pose is not determined. Two starts: where the face of the last
+/// frame lies best, if that is recent, for a face changes little from frame to frame; and, if that explains the markers
+/// worse than the last frame was explained, as the stabilisers sit in the neutral. The better one is kept: few
+/// stabilisers, and most of them on a moving brow, can agree on a wrong pose, but all markers together do not.
+bool AuSolver::find_pose(std::int64_t capture_time_ns) noexcept {
+  const std::int64_t step_ns = capture_time_ns - last_time_ns_;
+  weight_ = markers_.weight();
+  if (!stabilisers_visible()) return false;
+  double cost = std::numeric_limits<double>::infinity();
+  if (!fresh_ && step_ns > 0 && step_ns < kRecentNs && refine_pose()) {
+    fit(QpEffort::kPrediction);
+    cost = truncated_mean_square_mm2();
+    if (cost <= kAcceptedGrowth * last_cost_mm2_) return true;
+  }
+  const RigidTransform of_last_face = world_from_head_;
+  const HeadPoseResult of_stabilisers = stabiliser_pose();
+  if (!of_stabilisers.determined) return std::isfinite(cost);
+  world_from_head_ = of_stabilisers.world_from_head;
+  fit(QpEffort::kPrediction);
+  if (truncated_mean_square_mm2() <= cost) return true;
+  world_from_head_ = of_last_face;
+  fit(QpEffort::kPrediction);
+  return true;
+}
+
+HeadPoseResult AuSolver::stabiliser_pose() noexcept {
   for (std::size_t s = 0; s < stabilisers_.size(); ++s) {
     const auto m = static_cast<Eigen::Index>(stabilisers_[s]);
-    stabiliser_head_mm_[s] = rig_.neutral_mm.col(m) + fitted_mm_.segment<3>(3 * m);
+    stabiliser_head_mm_[s] = rig_.neutral_mm.col(m);
     stabiliser_world_mm_[s] = markers_.world_mm(static_cast<std::size_t>(m));
     stabiliser_weight_[s] = rig_.stabiliser_weight[m] * markers_.weight()[m];
   }
   return head_pose_.estimate(stabiliser_head_mm_, stabiliser_world_mm_, stabiliser_weight_);
+}
+
+double AuSolver::truncated_mean_square_mm2() const noexcept {
+  const double most = kTruncateAtThresholds * options_.robust_threshold_mm;
+  double sum = 0, weights = 0;
+  for (std::size_t m = 0; m < residual_mm_.size(); ++m) {
+    const double weight = markers_.weight()[static_cast<Eigen::Index>(m)];
+    const double distance = std::min(residual_mm_[m], most);
+    sum += weight * distance * distance;
+    weights += weight;
+  }
+  return weights > 0 ? sum / weights : 0;
+}
+
+bool AuSolver::stabilisers_visible() const noexcept {
+  int visible = 0;
+  for (const int m : stabilisers_) visible += markers_.weight()[m] > 0 ? 1 : 0;
+  return visible >= 3;
+}
+
+/// The other half of a joint fit: all markers, as the fit just weighed them, against the fitted face. Pose and AUs in
+/// turn lower one and the same sum of squares.
+bool AuSolver::refine_pose() noexcept {
+  for (std::size_t m = 0; m < residual_mm_.size(); ++m) {
+    const auto column = static_cast<Eigen::Index>(m);
+    fitted_head_mm_[m] = rig_.neutral_mm.col(column) + fitted_mm_.segment<3>(3 * column);
+    seen_world_mm_[m] = markers_.world_mm(m);
+    pose_weight_[m] = weight_[column] * (1 + kStabiliserPull * rig_.stabiliser_weight[column]);
+  }
+  const RigidAlignment alignment = align_rigid(fitted_head_mm_, seen_world_mm_, pose_weight_);
+  if (alignment.determined) world_from_head_ = alignment.to_from;
+  return alignment.determined;
 }
 
 void AuSolver::decide_observed() noexcept {
@@ -244,14 +310,17 @@ void AuSolver::measure_residuals() noexcept {
   }
 }
 
-/// False if no weight changed.
-bool AuSolver::reweigh(int iteration) noexcept {
+double AuSolver::median_residual_mm() noexcept {
   std::size_t used = 0;
   for (std::size_t m = 0; m < residual_mm_.size(); ++m) {
     if (markers_.weight()[static_cast<Eigen::Index>(m)] > 0) scratch_[used++] = residual_mm_[m];
   }
-  const double threshold =
-      std::max(options_.robust_threshold_mm, kMediansToThreshold * lower_median(std::span(scratch_).first(used)));
+  return lower_median(std::span(scratch_).first(used));
+}
+
+/// False if no weight changed.
+bool AuSolver::reweigh(int iteration) noexcept {
+  const double threshold = std::max(options_.robust_threshold_mm, kMediansToThreshold * median_residual_mm());
   bool changed = false;
   for (std::size_t m = 0; m < residual_mm_.size(); ++m) {
     const auto column = static_cast<Eigen::Index>(m);
@@ -264,8 +333,10 @@ bool AuSolver::reweigh(int iteration) noexcept {
 }
 
 void AuSolver::publish(const QpResult& qp, AuFrame& out) noexcept {
-  const bool converged = qp.status == QpStatus::kConverged;
-  out.status = converged ? SolverStatus::kConverged : SolverStatus::kIterationLimit;
+  const bool fits = median_residual_mm() <= options_.largest_median_mm;
+  const bool converged = fits && qp.status == QpStatus::kConverged;
+  out.status = !fits ? SolverStatus::kPoorFit : converged ? SolverStatus::kConverged : SolverStatus::kIterationLimit;
+  if (!fits) std::fill(observed_.begin(), observed_.end(), char{0});
   out.kkt_residual = qp.kkt_residual;
   out.world_from_head = to_pose(world_from_head_);
   double squared = 0;

@@ -55,12 +55,17 @@ class AuSolver {
  private:
   void start_take() noexcept;
   void solve(const MarkerFrame& frame, AuFrame& out) noexcept;
-  HeadPoseResult estimate_pose() noexcept;
+  bool find_pose(std::int64_t capture_time_ns) noexcept;
+  HeadPoseResult stabiliser_pose() noexcept;
+  double truncated_mean_square_mm2() const noexcept;
+  bool stabilisers_visible() const noexcept;
+  bool refine_pose() noexcept;
   void decide_observed() noexcept;
   void prepare_penalties(std::int64_t capture_time_ns) noexcept;
   QpResult fit(QpEffort effort) noexcept;
   QpResult fit_weighted(QpEffort effort) noexcept;
   void measure_residuals() noexcept;
+  double median_residual_mm() noexcept;
   bool reweigh(int iteration) noexcept;
   void publish(const QpResult& qp, AuFrame& out) noexcept;
   void publish_intensities(double noise_mm, bool converged, AuFrame& out) noexcept;
@@ -75,11 +80,11 @@ class AuSolver {
   std::uint32_t au_set_id_;
   std::vector<std::pair<int, int>> left_right_pairs_;
   std::vector<int> stabilisers_;  // rig markers
-  bool stabilisers_move_ = false;
 
   // The state that lasts from frame to frame.
   bool fresh_ = true;
   std::int64_t last_time_ns_ = 0;
+  double last_cost_mm2_ = 0;
   RigidTransform world_from_head_;
   Eigen::VectorXd x_;       // K
   std::vector<char> seen_;  // K: observed since the take began
@@ -91,6 +96,8 @@ class AuSolver {
   std::vector<double> residual_mm_, scratch_;         // M
   std::vector<Eigen::Vector3d> stabiliser_head_mm_, stabiliser_world_mm_;
   std::vector<double> stabiliser_weight_;
+  std::vector<Eigen::Vector3d> fitted_head_mm_, seen_world_mm_;                                      // M
+  std::vector<double> pose_weight_;                                                                  // M
   std::vector<char> observed_;                                                                       // K
   Eigen::VectorXd share_, b_, b_fit_, fixed_, upper_, solution_, variance_, temporal_, previous_x_;  // K
   Eigen::MatrixXd gram_, h_;                                                                         // K x K

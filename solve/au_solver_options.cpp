@@ -23,6 +23,8 @@ void validate(const AuSolverOptions& o) {
           "(0, 1000]");
   require("robust_iterations", o.robust_iterations, o.robust_iterations >= 0 && o.robust_iterations <= 20, "0 to 20");
   require("min_visible_share", o.min_visible_share, o.min_visible_share > 0 && o.min_visible_share <= 1, "(0, 1]");
+  require("largest_median_mm", o.largest_median_mm, o.largest_median_mm > 0 && o.largest_median_mm <= 1000,
+          "(0, 1000]");
   require("pose_refinements", o.pose_refinements, o.pose_refinements >= 0 && o.pose_refinements <= 5, "0 to 5");
 }
 

@@ -15,7 +15,8 @@ struct AuSolverOptions {
   double robust_threshold_mm = 2.5;  ///< (0, 1000]: a marker further off than this loses weight
   int robust_iterations = 5;         ///< 0 to 20; 0 = plain least squares
   double min_visible_share = 0.25;  ///< (0, 1]: of an AU's displacement energy that must be visible to call it observed
-  int pose_refinements = 1;         ///< 0 to 5: alternations of pose and AUs where AUs move stabilisers
+  double largest_median_mm = 20;    ///< (0, 1000]: a frame whose median marker fits worse has no AUs
+  int pose_refinements = 1;         ///< 0 to 5: how often pose and AUs are fitted in turn
   HeadPoseOptions pose;
 };
 

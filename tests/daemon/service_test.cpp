@@ -24,7 +24,7 @@ Config on_free_ports() {
 
 void wait_for_solved(const Service& service, std::uint64_t frames) {
   const auto begin = std::chrono::steady_clock::now();
-  while (service.status().at("streams").at("face").at("solved").get<std::uint64_t>() < frames) {
+  while (service.status().at("streams").at("face").at("processed").get<std::uint64_t>() < frames) {
     ASSERT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(60));
     std::this_thread::yield();
   }
@@ -52,7 +52,7 @@ TEST(Service, PipelineThreadAllocatesNothingPerFrame) {
   running.join();
   EXPECT_EQ(service.allocations_in_frames(), 0u);
   const auto face = service.status().at("streams").at("face");
-  EXPECT_EQ(face.at("solved"), 1200);
+  EXPECT_EQ(face.at("processed"), 1200);
   EXPECT_GT(face.at("fill").at("filled_markers"), 0) << "gaps were filled too";
   EXPECT_GT(face.at("continuations"), 0);
 }
@@ -74,7 +74,7 @@ TEST(Service, EndsCleanlyWithoutAnyFrame) {
   std::jthread running([&] { service.run(); });
   EXPECT_TRUE(ask_daemon(service.control_endpoint(), {{"command", "stop"}}, std::chrono::seconds(10)).at("ok"));
   running.join();
-  EXPECT_EQ(service.status().at("streams").at("face").at("solved"), 0);
+  EXPECT_EQ(service.status().at("streams").at("face").at("processed"), 0);
 }
 
 }  // namespace

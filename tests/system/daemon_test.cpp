@@ -69,7 +69,7 @@ TEST(Daemon, CountsGarbageAndGoesOn) {
   const auto sent =
       run({program("risorius").string(), "replay", "builtin:1", "--to", daemon.input("face"), "--speed", "4"});
   ASSERT_EQ(sent.exit_code, 0) << sent.output;
-  EXPECT_TRUE(becomes_true(daemon, [](const nlohmann::json& face) { return face.at("solved") == 120; }));
+  EXPECT_TRUE(becomes_true(daemon, [](const nlohmann::json& face) { return face.at("processed") == 120; }));
   EXPECT_EQ(daemon.end().exit_code, 0);
 }
 
@@ -133,13 +133,13 @@ TEST(Daemon, TellsWhenTheRigDoesNotFitAndTakesASetThatChanges) {
   };
   sender.send_marker_set(set);
   send_frames(0, 20);
-  ASSERT_TRUE(becomes_true(daemon, [](const nlohmann::json& face) { return face.at("solved") == 20; }));
+  ASSERT_TRUE(becomes_true(daemon, [](const nlohmann::json& face) { return face.at("processed") == 20; }));
   const auto problem = daemon.status().at("streams").at("face").at("rig_problem").get<std::string>();
   EXPECT_NE(problem.find("FH1"), std::string::npos) << "it names markers of the rig: " << problem;
   set = {.id = 6, .names = {"a", "c", "e"}, .rate_hz = 100};
   sender.send_marker_set(set);
   send_frames(20, 30);
-  ASSERT_TRUE(becomes_true(daemon, [](const nlohmann::json& face) { return face.at("solved") == 30; }));
+  ASSERT_TRUE(becomes_true(daemon, [](const nlohmann::json& face) { return face.at("processed") == 30; }));
   EXPECT_EQ(daemon.end().exit_code, 0);
   EXPECT_TRUE(std::filesystem::exists(daemon.dataset() / "face-001" / "take.json"));
   EXPECT_TRUE(std::filesystem::exists(daemon.dataset() / "face-002" / "take.json")) << "another set is another take";
@@ -154,7 +154,7 @@ TEST(Daemon, CapturesANeutralOnRequest) {
   EXPECT_FALSE(refused.at("ok"));
   EXPECT_NE(refused.at("error").get<std::string>().find("face"), std::string::npos) << "it names the streams";
   Process sender({program("risorius").string(), "replay", "builtin:4", "--to", daemon.input("face"), "--speed", "2"});
-  ASSERT_TRUE(becomes_true(daemon, [](const nlohmann::json& face) { return face.at("solved") > 20; }));
+  ASSERT_TRUE(becomes_true(daemon, [](const nlohmann::json& face) { return face.at("processed") > 20; }));
   const auto accepted =
       run({program("risorius").string(), "control", "--connect", daemon.control(), "neutral", "--seconds", "0.5"});
   EXPECT_EQ(accepted.exit_code, 0) << accepted.output;

@@ -37,7 +37,7 @@ void expect_nothing_lost(const nlohmann::json& stream, std::uint64_t frames) {
   for (const char* ledger : {"datagrams", "reorder", "admission", "despike", "fill", "solve"})
     expect_balanced(stream.at(ledger), ledger);
   expect_balanced(stream.at("frames").at("assembled"), "assembled");
-  EXPECT_EQ(stream.at("solved"), frames);
+  EXPECT_EQ(stream.at("processed"), frames);
   EXPECT_EQ(stream.at("frames").at("lost"), 0);
   EXPECT_EQ(stream.at("frames").at("incomplete"), 0);
   EXPECT_EQ(stream.at("datagrams").at("kernel_drops"), 0);
@@ -49,7 +49,7 @@ bool all_solved(const RunningDaemon& daemon, const std::map<std::string, std::ui
   while (std::chrono::steady_clock::now() - begin < std::chrono::seconds(30)) {
     const auto streams = daemon.status().at("streams");
     bool done = true;
-    for (const auto& [name, count] : frames) done = done && streams.at(name).at("solved").get<std::uint64_t>() >= count;
+    for (const auto& [name, count] : frames) done = done && streams.at(name).at("processed").get<std::uint64_t>() >= count;
     if (done) return true;
   }
   return false;
