@@ -97,6 +97,13 @@ struct Tick {
   std::int64_t time_ns = 0;  ///< the clock that `receive_time_ns` is read from
 };
 
+/// later - earlier, for times from anywhere: saturates instead of overflowing.
+constexpr std::int64_t difference_ns(std::int64_t later, std::int64_t earlier) noexcept {
+  std::int64_t difference = 0;
+  if (!__builtin_sub_overflow(later, earlier, &difference)) return difference;
+  return later < earlier ? INT64_MIN : INT64_MAX;
+}
+
 static_assert(std::is_trivially_copyable_v<MarkerFrame> && std::is_trivially_copyable_v<AuFrame> &&
               std::is_trivially_copyable_v<Continuation> && std::is_trivially_copyable_v<Tick>);
 

@@ -86,8 +86,8 @@ std::vector<std::string> problems_of(const MarkerSet& set) {
     if (!name.empty() && !seen.insert(name).second)
       problems.push_back(fmt::format("marker name \"{}\" stands twice", name));
   }
-  if (!std::isfinite(set.rate_hz) || set.rate_hz < 0) {
-    problems.push_back(fmt::format("rate {} Hz is not a finite number >= 0", set.rate_hz));
+  if (set.rate_hz != 0 && !(set.rate_hz >= 0.01 && set.rate_hz <= 100'000)) {
+    problems.push_back(fmt::format("rate {} Hz is neither 0 (not stated) nor from 0.01 to 100000", set.rate_hz));
   }
   if (!std::isfinite(set.mm_per_unit) || set.mm_per_unit <= 0) {
     problems.push_back(fmt::format("unit of {} mm is not a finite number > 0", set.mm_per_unit));

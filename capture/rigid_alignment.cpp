@@ -41,17 +41,22 @@ RigidAlignment align_rigid(std::span<const Eigen::Vector3d> from, std::span<cons
   from_mean /= total;
   to_mean /= total;
 
-  Eigen::Matrix3d cross = Eigen::Matrix3d::Zero(), spread = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d cross = Eigen::Matrix3d::Zero(), spread = Eigen::Matrix3d::Zero(),
+                  seen_spread = Eigen::Matrix3d::Zero();
   for (std::size_t i = 0; i < from.size(); ++i) {
     if (!(weights[i] > 0)) continue;
     const Eigen::Vector3d a = from[i] - from_mean, b = to[i] - to_mean;
     cross += weights[i] * a * b.transpose();
     spread += weights[i] * a * a.transpose();
+    seen_spread += weights[i] * b * b.transpose();
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> spread_eigen(spread / total, Eigen::EigenvaluesOnly);
-  const double largest = std::sqrt(std::max(0.0, spread_eigen.eigenvalues()[2]));
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> seen_eigen(seen_spread / total, Eigen::EigenvaluesOnly);
+  const auto collinear = [](const Eigen::Vector3d& squared) {
+    return !(std::sqrt(std::max(0.0, squared[1])) > kCollinearSpreadRatio * std::sqrt(std::max(0.0, squared[2])));
+  };
   result.second_spread = std::sqrt(std::max(0.0, spread_eigen.eigenvalues()[1]));
-  result.determined = used >= 3 && result.second_spread > kCollinearSpreadRatio * largest;
+  result.determined = used >= 3 && !collinear(spread_eigen.eigenvalues()) && !collinear(seen_eigen.eigenvalues());
 
   if (result.determined) {
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> eigen(horn_matrix(cross));

@@ -14,11 +14,11 @@ class Channel {
   /// Overflow policy: a frame that finds less than the reserve free is refused and counted (the newest goes, so that
   /// what is in the queue stays in order); control items (sets, ends of takes) may use the reserve, so frames never
   /// push them out.
-  explicit Channel(std::size_t capacity) : queue_(capacity + kReserve) {}
+  explicit Channel(std::size_t capacity) : most_frames_(capacity), queue_(capacity + kReserve) {}
 
   /// Producer.
   bool send_frame(const T& item) noexcept {
-    if (queue_.size() + kReserve >= queue_.capacity()) {
+    if (queue_.size() >= most_frames_) {
       refused_frames_.add();
       return false;
     }
@@ -42,6 +42,7 @@ class Channel {
 
  private:
   static constexpr std::size_t kReserve = 64;
+  std::size_t most_frames_;
   SpscQueue<T> queue_;
   Doorbell bell_;
   Counter refused_frames_;

@@ -1,5 +1,6 @@
 #include "daemon/control_server.h"
 
+#include <boost/asio/post.hpp>
 #include <cerrno>
 #include <nlohmann/json.hpp>
 
@@ -7,6 +8,8 @@
 
 namespace risorius {
 namespace {
+
+constexpr int kRequestsPerWakeUp = 8;
 
 /// MessagePack from programs, JSON from people with a terminal: a JSON object begins with '{', which no MessagePack map
 /// does.
@@ -26,9 +29,7 @@ nlohmann::json parse_request(const zmq::message_t& message) {
 
 ControlServer::ControlServer(boost::asio::io_context& io, zmq::context_t& context, const std::string& endpoint,
                              Handler handler)
-    : socket_(context, zmq::socket_type::rep),
-      handler_(std::move(handler)),
-      readable_(io, socket_.get(zmq::sockopt::fd)) {
+    : socket_(context, zmq::socket_type::rep), handler_(std::move(handler)), io_(io) {
   socket_.set(zmq::sockopt::linger, 200);
   // A request is short; and the MessagePack reader recurses, so the size also bounds its depth.
   socket_.set(zmq::sockopt::maxmsgsize, std::int64_t{4096});
@@ -41,36 +42,54 @@ ControlServer::ControlServer(boost::asio::io_context& io, zmq::context_t& contex
                         : "give an address of this machine, such as \"tcp://127.0.0.1:7002\"");
   }
   endpoint_ = socket_.get(zmq::sockopt::last_endpoint);
+  // Only now: Asio must never own, and close, the descriptor of a socket whose construction failed.
+  readable_.emplace(io, socket_.get(zmq::sockopt::fd));
   serve();
 }
 
 ControlServer::~ControlServer() {
-  readable_.cancel();
-  readable_.release();
+  boost::system::error_code ignored;
+  readable_->cancel(ignored);
+  readable_->release();
 }
 
 // The descriptor is edge-triggered: only after the socket was read empty may we wait for it again.
 void ControlServer::wait() {
-  readable_.async_wait(boost::asio::posix::stream_descriptor::wait_read,
-                       [this](const boost::system::error_code& error) {
-                         if (!error) serve();
-                       });
+  readable_->async_wait(boost::asio::posix::stream_descriptor::wait_read,
+                        [this](const boost::system::error_code& error) {
+                          if (!error) serve();
+                        });
 }
 
 void ControlServer::serve() {
   zmq::message_t message;
-  while (socket_.recv(message, zmq::recv_flags::dontwait)) {
-    nlohmann::json answer;
+  for (int served = 0; served < kRequestsPerWakeUp; ++served) {
     try {
-      answer = handler_(parse_request(message));
-    } catch (const std::exception& error) {
-      refused_.add();
-      answer = {{"ok", false}, {"error", error.what()}};
+      if (!socket_.recv(message, zmq::recv_flags::dontwait)) {
+        wait();
+        return;
+      }
+      const bool whole = !message.more();
+      zmq::message_t rest;
+      while (socket_.get(zmq::sockopt::rcvmore)) (void)socket_.recv(rest, zmq::recv_flags::dontwait);
+      const auto bytes = nlohmann::json::to_msgpack(answer_to(message, whole));
+      socket_.send(zmq::buffer(bytes), zmq::send_flags::dontwait);
+    } catch (const zmq::error_t&) {
+      refused_.add();  // a peer's trouble must not become the service's
     }
-    const auto bytes = nlohmann::json::to_msgpack(answer);
-    socket_.send(zmq::buffer(bytes), zmq::send_flags::dontwait);
   }
-  wait();
+  // A flood of requests must not keep the frames of the same thread waiting.
+  boost::asio::post(io_, [this] { serve(); });
+}
+
+nlohmann::json ControlServer::answer_to(const zmq::message_t& message, bool whole) {
+  try {
+    if (!whole) throw UserError("request", "has several parts", "send it as one message");
+    return handler_(parse_request(message));
+  } catch (const std::exception& error) {
+    refused_.add();
+    return {{"ok", false}, {"error", error.what()}};
+  }
 }
 
 }  // namespace risorius

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <zmq.hpp>
 
@@ -33,12 +34,14 @@ class ControlServer {
  private:
   void wait();
   void serve();
+  nlohmann::json answer_to(const zmq::message_t& message, bool whole);
 
   zmq::socket_t socket_;
   Handler handler_;
   std::string endpoint_;
   Counter refused_;
-  boost::asio::posix::stream_descriptor readable_;  // ZMQ_FD; ZeroMQ owns it
+  boost::asio::io_context& io_;
+  std::optional<boost::asio::posix::stream_descriptor> readable_;  // ZMQ_FD; ZeroMQ owns it
 };
 
 }  // namespace risorius

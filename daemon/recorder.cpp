@@ -30,33 +30,27 @@ std::string Recorder::problem() const {
 void Recorder::note_problem(const std::string& what) noexcept {
   const std::scoped_lock lock(problem_mutex_);
   if (problem_.empty()) problem_ = what;
-  failed_ = true;
 }
 
 void Recorder::run() noexcept {
   while (true) {
     const bool last_round = stopping_;
     while (const OutputItem* item = results_.front()) {
-      try {
-        record(*item);
-      } catch (const std::exception& error) {
-        note_problem(error.what());
-        frames_not_written_.add(item->kind == OutputItem::Kind::kSolved ? 1 : 0);
-      }
+      record(*item);
       results_.release();
     }
     if (last_round) break;
     results_.wait();
   }
+  for (auto& state : states_) finish_take(state);
   try {
-    for (auto& state : states_) finish_take(state);
     finish_dataset_folder(options_.folder, options_.card_markdown);
   } catch (const std::exception& error) {
     note_problem(error.what());
   }
 }
 
-void Recorder::record(const OutputItem& item) {
+void Recorder::record(const OutputItem& item) noexcept {
   StreamState& state = states_[item.stream_id];
   switch (item.kind) {
     case OutputItem::Kind::kMarkerSet:
@@ -71,15 +65,24 @@ void Recorder::record(const OutputItem& item) {
       options_.streams[item.stream_id].rig = options_.current_rig(item.stream_id);
       break;
     case OutputItem::Kind::kSolved:
-      if (failed_) {
-        frames_not_written_.add();
-        break;
-      }
-      if (state.take && !state.take->continues_with(item.solved.markers)) finish_take(state);
-      if (!state.take) begin_take(state, options_.streams[item.stream_id]);
-      state.take->write(item.solved);
-      frames_recorded_.add();
+      record(state, item.stream_id, item.solved);
       break;
+  }
+}
+
+void Recorder::record(StreamState& state, std::uint32_t stream_id, const SolvedFrame& frame) noexcept {
+  const bool fits_set = state.markers != nullptr && state.markers->names.size() == frame.markers.count;
+  if (state.failed || !fits_set) {
+    frames_not_written_.add();
+    return;
+  }
+  try {
+    if (state.take && !state.take->continues_with(frame.markers)) finish_take(state);
+    if (!state.take) begin_take(state, options_.streams[stream_id]);
+    ++state.frames;
+    state.take->write(frame);
+  } catch (const std::exception& error) {
+    give_up_take(state, error.what());
   }
 }
 
@@ -90,11 +93,28 @@ void Recorder::begin_take(StreamState& state, const Stream& stream) {
                                     TakeDatasetOptions{.source = stream.name, .metadata_json = stream.metadata_json});
 }
 
-void Recorder::finish_take(StreamState& state) {
-  if (!state.take) return;
-  const auto take = std::move(state.take);
-  take->finish();
-  takes_finished_.add();
+void Recorder::finish_take(StreamState& state) noexcept {
+  if (state.take) {
+    try {
+      state.take->finish();
+      state.take.reset();
+      frames_recorded_.add(state.frames);
+      takes_finished_.add();
+    } catch (const std::exception& error) {
+      give_up_take(state, error.what());
+    }
+  }
+  state.frames = 0;
+  state.failed = false;  // the next take may find the disk in better health
+}
+
+/// The unfinished folder stays for a person to look at; the rest of this take is not written.
+void Recorder::give_up_take(StreamState& state, const std::string& why) noexcept {
+  note_problem(why);
+  frames_not_written_.add(state.frames);
+  state.frames = 0;
+  state.take.reset();
+  state.failed = true;
 }
 
 }  // namespace risorius

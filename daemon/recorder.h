@@ -41,10 +41,11 @@ class Recorder {
   /// Writes what is queued, completes the takes and the manifest, and ends the thread.
   void stop();
 
+  /// In finished takes.
   std::uint64_t frames_recorded() const noexcept { return frames_recorded_.value(); }
   std::uint64_t takes_finished() const noexcept { return takes_finished_.value(); }
   std::uint64_t frames_not_written() const noexcept { return frames_not_written_.value(); }
-  /// The first error of the disk, if there was one: recording has stopped then. From any thread.
+  /// The first error of the disk, if there was one: the rest of that take is not written. From any thread.
   std::string problem() const;
 
  private:
@@ -52,11 +53,15 @@ class Recorder {
     const MarkerSet* markers = nullptr;
     std::unique_ptr<TakeDataset> take;
     int takes = 0;
+    std::uint64_t frames = 0;  ///< in the take
+    bool failed = false;       ///< until the next take
   };
   void run() noexcept;
-  void record(const OutputItem& item);
+  void record(const OutputItem& item) noexcept;
+  void record(StreamState& state, std::uint32_t stream_id, const SolvedFrame& frame) noexcept;
   void begin_take(StreamState& state, const Stream& stream);
-  void finish_take(StreamState& state);
+  void finish_take(StreamState& state) noexcept;
+  void give_up_take(StreamState& state, const std::string& why) noexcept;
   void note_problem(const std::string& what) noexcept;
 
   Options options_;
@@ -65,7 +70,7 @@ class Recorder {
   Counter frames_recorded_, takes_finished_, frames_not_written_;
   mutable std::mutex problem_mutex_;
   std::string problem_;
-  std::atomic<bool> failed_{false}, stopping_{false};
+  std::atomic<bool> stopping_{false};
   std::thread thread_;
 };
 

@@ -78,17 +78,23 @@ Service::Service(const Config& config, PipelineThread::AllocationProbe allocatio
     const auto bytes = nlohmann::json::to_msgpack(json);
     return MessageBuffer(bytes.begin(), bytes.end());
   };
+  publisher_ = std::make_unique<Publisher>(zmq_, std::move(publishing), to_publish_, continuations_);
+  // Last of what can fail: a dataset folder is made only for a service that starts.
   if (!config_.record.folder.empty()) {
     to_record_ = std::make_unique<Channel<OutputItem>>(
         static_cast<std::size_t>(config_.queues.record));  // full: not recorded, counted
     recorder_ = std::make_unique<Recorder>(recorder_options(config_, streams_), *to_record_);
   }
-  publisher_ = std::make_unique<Publisher>(zmq_, std::move(publishing), to_publish_, continuations_);
   pipeline_ = std::make_unique<PipelineThread>(
       admitted_, streams_, PipelineThread::Outputs{to_publish_, continuations_, to_record_.get()}, allocation_probe);
 }
 
-Service::~Service() = default;
+// The threads end before what they read: the publisher's last status looks at all parts.
+Service::~Service() {
+  if (pipeline_) pipeline_->stop();
+  if (recorder_) recorder_->stop();
+  if (publisher_) publisher_->stop();
+}
 
 void Service::run() {
   signals_.async_wait([this](const boost::system::error_code& error, int) {

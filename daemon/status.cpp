@@ -74,6 +74,7 @@ nlohmann::json status_of_stream(const StreamInput& input, const PipelineStream& 
   json["fill"]["filled_markers"] = filled_samples(stream.stages.filler());
   json["fill"]["left_missing_markers"] = stream.stages.filler().left_missing().value();
   json["solve"] = ledger_json(stream.stages.solver().ledger());
+  json["refused_frames"] = stream.stages.refused().value();
   json["processed"] = stream.processed.value();
   json["solved"] = stream.solved.value();
   json["continuations"] = stream.continuations.value();

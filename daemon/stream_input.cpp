@@ -75,8 +75,7 @@ std::uint64_t StreamInput::granted_receive_buffer_bytes() const noexcept {
 bool StreamInput::admit_neutral_capture(std::int64_t duration_ns) {
   if (!stream_open_) return false;
   item_.duration_ns = duration_ns;
-  admit_control(AdmittedItem::Kind::kNeutralCapture, nullptr);
-  return true;
+  return admit_control(AdmittedItem::Kind::kNeutralCapture, nullptr);
 }
 
 void StreamInput::on_ready() {
@@ -84,11 +83,11 @@ void StreamInput::on_ready() {
     switch (event_.kind) {
       case SourceEventKind::kNewSession:
         end_stream();
+        sets_.clear();
+        admitted_set_ = nullptr;
         break;
       case SourceEventKind::kMarkerSet:
-        reorder_.flush();
-        admit_ordered_frames();
-        admit_control(AdmittedItem::Kind::kMarkerSet, event_.set);
+        describe(*event_.set);
         break;
       case SourceEventKind::kFrame:
         push_in_order(event_.frame);
@@ -113,15 +112,38 @@ void StreamInput::admit_ordered_frames() {
   while (reorder_.pop(item_.frame)) {
     stream_open_ = true;
     admission_.received.add();
-    (admitted_.send_frame(item_) ? admission_.emitted : admission_.dropped).add();
+    const bool admitted = use_set_of(item_.frame) && admitted_.send_frame(item_);
+    (admitted ? admission_.emitted : admission_.dropped).add();
   }
 }
 
-void StreamInput::admit_control(AdmittedItem::Kind kind, const MarkerSet* set) {
+/// Frames name their set, so a set is admitted ahead of the first frame of it that comes in order. Only a redefinition
+/// of one id must first let the frames pass that still mean the old one.
+void StreamInput::describe(const MarkerSet& set) {
+  if (sets_.contains(set.id)) {
+    reorder_.flush();
+    admit_ordered_frames();
+  }
+  sets_[set.id] = &set;
+}
+
+/// False if the set could not be admitted: then its frames must not be either, and the next one tries again.
+bool StreamInput::use_set_of(const MarkerFrame& frame) {
+  const auto set = sets_.find(frame.header.set_id);
+  if (set == sets_.end()) return false;  // the decoder hands on no frame of a set that it has not
+  if (set->second == admitted_set_) return true;
+  admitted_set_ = admit_control(AdmittedItem::Kind::kMarkerSet, set->second) ? set->second : nullptr;
+  item_.kind = AdmittedItem::Kind::kFrame;
+  return admitted_set_ != nullptr;
+}
+
+bool StreamInput::admit_control(AdmittedItem::Kind kind, const MarkerSet* set) {
   item_.kind = kind;
   item_.stream_id = stream_id_;
   item_.marker_set = set;
-  if (!admitted_.send_control(item_)) control_lost_.add();
+  if (admitted_.send_control(item_)) return true;
+  control_lost_.add();
+  return false;
 }
 
 void StreamInput::end_stream() {

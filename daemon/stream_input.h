@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <unordered_map>
 
 #include "capture/marker_stream_decoder.h"
 #include "capture/reorder_window.h"
@@ -27,7 +28,7 @@ class StreamInput {
   void start();
   /// Closes the socket and admits what is left, then the end of the stream.
   void stop();
-  /// False if no frames are coming: there is no face to capture.
+  /// False if no frames are coming (there is no face to capture) or there is no room for the request.
   bool admit_neutral_capture(std::int64_t duration_ns);
 
   const std::string& name() const noexcept { return name_; }
@@ -44,7 +45,9 @@ class StreamInput {
   void on_ready();
   void push_in_order(const MarkerFrame& frame);
   void admit_ordered_frames();
-  void admit_control(AdmittedItem::Kind kind, const MarkerSet* set);
+  void describe(const MarkerSet& set);
+  bool use_set_of(const MarkerFrame& frame);
+  bool admit_control(AdmittedItem::Kind kind, const MarkerSet* set);
   void end_stream();
   void arm_tick();
 
@@ -59,6 +62,8 @@ class StreamInput {
   boost::asio::steady_timer tick_timer_;
   std::int64_t tick_period_ns_;
   bool tick_armed_ = false, stream_open_ = false;
+  std::unordered_map<std::uint32_t, const MarkerSet*> sets_;  ///< of this session, by id
+  const MarkerSet* admitted_set_ = nullptr;                   ///< which the pipeline has now
   SourceEvent event_;
   AdmittedItem item_;
   StageLedger admission_;

@@ -46,7 +46,8 @@ std::vector<TakeJob> name_jobs(const DatasetArguments& arguments) {
   std::vector<TakeJob> jobs;
   std::set<std::string> names;
   for (const auto& take : arguments.takes) {
-    const std::string stem = take.starts_with("builtin") ? "builtin" : std::filesystem::path(take).stem().string();
+    const std::string stem =
+        take == "builtin" || take.starts_with("builtin:") ? "builtin" : std::filesystem::path(take).stem().string();
     std::string name = stem;
     for (int n = 2; !names.insert(name).second; ++n) name = fmt::format("{}-{}", stem, n);
     jobs.push_back({.name = take, .folder = std::filesystem::path(arguments.output) / name});
@@ -74,7 +75,7 @@ std::string metadata_of(const DatasetArguments& arguments) {
                         {"processing", arguments.causal ? "offline, causal" : "offline, both directions"},
                         {"pseudonym", arguments.pseudonym},
                         {"consent", arguments.consent}}
-      .dump();
+      .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
 void process(TakeJob& job, const DatasetArguments& arguments, const Rig& rig, const StageConfig& stages,

@@ -46,7 +46,9 @@ void add_watch_command(CLI::App& app) {
   auto endpoint = std::make_shared<std::string>("tcp://127.0.0.1:7001");
   auto seconds = std::make_shared<double>(0);
   command->add_option("--connect", *endpoint, "the daemon's [output] publish address")->capture_default_str();
-  command->add_option("--seconds", *seconds, "end after so long; 0 = until interrupted")->capture_default_str();
+  command->add_option("--seconds", *seconds, "end after so long; 0 = until interrupted")
+      ->check(CLI::Range(0.0, 1e9))
+      ->capture_default_str();
   command->callback([endpoint, seconds] { watch(*endpoint, *seconds); });
 }
 

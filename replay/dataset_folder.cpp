@@ -1,6 +1,7 @@
 #include "replay/dataset_folder.h"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "capture/errors.h"
 #include "capture/version.h"
@@ -10,12 +11,17 @@
 namespace risorius {
 namespace {
 
-std::string or_not_stated(const std::string& text) { return text.empty() ? "not stated" : text; }
+/// A YAML text in double quotes; JSON's quoting is part of YAML's.
+std::string quoted(const std::string& text) {
+  return nlohmann::json(text.empty() ? "not stated" : text)
+      .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
 
 }  // namespace
 
-void begin_dataset_folder(const std::filesystem::path& folder) {
+void begin_dataset_folder(const std::filesystem::path& given) {
   std::error_code error;
+  const auto folder = given.has_filename() ? given : given.parent_path();  // "new/" is "new"
   if (folder.has_parent_path()) std::filesystem::create_directories(folder.parent_path(), error);
   if (!std::filesystem::create_directory(folder, error)) {
     throw UserError(
@@ -34,14 +40,14 @@ void finish_dataset_folder(const std::filesystem::path& folder, const std::strin
 std::string dataset_card_markdown(const DatasetCard& card) {
   return fmt::format(
       "---\n"
-      "title: \"{}\"\n"
-      "license: \"{}\"\n"
-      "rig: \"{}\"\n"
-      "processing: \"{}\"\n"
-      "pseudonym: \"{}\"\n"
-      "consent: \"{}\"\n"
-      "risorius: \"{}\"\n"
-      "instruction_set: \"{}\"\n"
+      "title: {}\n"
+      "license: {}\n"
+      "rig: {}\n"
+      "processing: {}\n"
+      "pseudonym: {}\n"
+      "consent: {}\n"
+      "risorius: {}\n"
+      "instruction_set: {}\n"
       "---\n\n"
       "# {}\n\n"
       "Facial marker takes, cleaned, with FACS action-unit intensities solved from them. One folder per take:\n\n"
@@ -57,8 +63,8 @@ std::string dataset_card_markdown(const DatasetCard& card) {
       "| `take.json` | origin, rate, counts, versions |\n\n"
       "Whole dataset unchanged: `sha256sum -c manifest-sha256.txt`.\n\n"
       "Effective options:\n\n```toml\n{}```\n",
-      card.title, or_not_stated(card.licence), card.rig, card.mode, or_not_stated(card.pseudonym),
-      or_not_stated(card.consent), kVersion, kInstructionSet, card.title, card.options_toml);
+      quoted(card.title), quoted(card.licence), quoted(card.rig), quoted(card.mode), quoted(card.pseudonym),
+      quoted(card.consent), quoted(kVersion), quoted(kInstructionSet), card.title, card.options_toml);
 }
 
 }  // namespace risorius

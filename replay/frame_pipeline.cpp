@@ -32,6 +32,8 @@ FramePipeline::FramePipeline(const PipelineOptions& options, Rig rig)
 
 void FramePipeline::use_marker_set(const MarkerSet& set) {
   if (const auto problems = problems_of(set); !problems.empty()) throw UserError("marker set", problems.front(), "");
+  set_id_ = set.id;
+  set_count_ = static_cast<std::uint32_t>(set.names.size());
   despiker_.use_marker_set(set);
   filler_.use_marker_set(set);
   set_index_of_rig_marker_ = index_map(set.names, rig_.marker_names);
@@ -44,16 +46,19 @@ void FramePipeline::use_marker_set(const MarkerSet& set) {
   }
 }
 
-bool FramePipeline::push(const MarkerFrame& frame) noexcept { return despiker_.push(frame); }
+bool FramePipeline::push(const MarkerFrame& frame) noexcept {
+  if (frame.header.set_id == set_id_ && frame.count == set_count_) return despiker_.push(frame);
+  refused_.add();
+  return true;
+}
 
 bool FramePipeline::pop(SolvedFrame& out) noexcept {
   while (!filler_.pop(out.markers)) {
     if (!despiker_.pop(between_)) return false;
     RISORIUS_CHECK(filler_.push(between_));
   }
-  if (rig_problem_.empty()) {
-    RISORIUS_CHECK(solver_.push(out.markers) && solver_.pop(out.aus));
-  } else {
+  const bool looked_at = rig_problem_.empty() && solver_.push(out.markers) && solver_.pop(out.aus);
+  if (!looked_at) {
     out.aus = AuFrame{};
     out.aus.header = out.markers.header;
     out.aus.header.set_id = solver_.au_set_id();
@@ -88,7 +93,12 @@ void FramePipeline::begin_neutral_capture(std::int64_t duration_ns) noexcept {
 void FramePipeline::add_to_neutral(const SolvedFrame& frame) {
   if (frame.aus.status != SolverStatus::kConverged) return;
   if (!neutral_begin_ns_) neutral_begin_ns_ = frame.markers.header.capture_time_ns;
-  if (frame.markers.header.capture_time_ns - *neutral_begin_ns_ >= neutral_duration_ns_) {
+  const std::int64_t elapsed_ns = difference_ns(frame.markers.header.capture_time_ns, *neutral_begin_ns_);
+  if (elapsed_ns < 0) {  // the tracker's clock was set back: begin anew
+    begin_neutral_capture(neutral_duration_ns_);
+    return;
+  }
+  if (elapsed_ns >= neutral_duration_ns_) {
     finish_neutral();
     return;
   }
@@ -108,15 +118,22 @@ void FramePipeline::add_to_neutral(const SolvedFrame& frame) {
 }
 
 void FramePipeline::finish_neutral() {
-  neutral_.largest_shift_mm = 0;
+  neutral_.running = false;
+  Rig renewed = rig_;
+  double largest_shift_mm = 0;
   for (Eigen::Index m = 0; m < neutral_count_.size(); ++m) {
     if (neutral_count_[m] < kNeutralPresence * neutral_.frames) continue;
     const Eigen::Vector3d mean = neutral_sum_mm_.col(m) / neutral_count_[m];
-    neutral_.largest_shift_mm = std::max(neutral_.largest_shift_mm, (mean - rig_.neutral_mm.col(m)).norm());
-    rig_.neutral_mm.col(m) = mean;
+    largest_shift_mm = std::max(largest_shift_mm, (mean - rig_.neutral_mm.col(m)).norm());
+    renewed.neutral_mm.col(m) = mean;
   }
-  solver_.set_neutral(rig_.neutral_mm);
-  neutral_.running = false;
+  if (!problems_of(renewed).empty()) {  // such as stabilisers on one line: the old neutral stays
+    ++neutral_.refused;
+    return;
+  }
+  solver_.set_neutral(renewed.neutral_mm);
+  rig_ = std::move(renewed);
+  neutral_.largest_shift_mm = largest_shift_mm;
   ++neutral_.completed;
 }
 

@@ -51,6 +51,7 @@ class FramePipeline {
   const std::string& rig_problem() const noexcept { return rig_problem_; }
 
   /// False: not ready, pop first.
+  /// A frame that is not of the set in use is consumed and counted as refused.
   bool push(const MarkerFrame& frame) noexcept;
   bool pop(SolvedFrame& out) noexcept;
   /// At the end of a take: what the stages still hold can be popped.
@@ -67,12 +68,14 @@ class FramePipeline {
   void begin_neutral_capture(std::int64_t duration_ns) noexcept;
   struct NeutralCapture {
     std::uint64_t completed = 0;  ///< how many have ended
+    std::uint64_t refused = 0;    ///< how many gave no face
     std::uint32_t frames = 0;     ///< that the last one averaged
     double largest_shift_mm = 0;  ///< of a marker, last one
     bool running = false;
   };
   const NeutralCapture& neutral_capture() const noexcept { return neutral_; }
 
+  const Counter& refused() const noexcept { return refused_; }
   const Rig& rig() const noexcept { return rig_; }
   const Despiker& despiker() const noexcept { return despiker_; }
   const GapFiller& filler() const noexcept { return filler_; }
@@ -89,6 +92,8 @@ class FramePipeline {
   AuSolver solver_;
   Continuer continuer_;
   std::string rig_problem_ = "no marker set yet";
+  Counter refused_;
+  std::uint32_t set_id_ = 0, set_count_ = 0;
   std::vector<int> set_index_of_rig_marker_;
   MarkerFrame between_;
 

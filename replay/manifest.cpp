@@ -29,6 +29,8 @@ std::vector<std::string> relative_files(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::recursive_directory_iterator entry(folder, error);
   for (; !error && entry != std::filesystem::recursive_directory_iterator(); entry.increment(error)) {
+    // What a take left unfinished is not part of the dataset.
+    if (entry->is_directory(error) && entry->path().extension() == ".partial") entry.disable_recursion_pending();
     const std::string name = entry->path().lexically_relative(folder).generic_string();
     if (entry->is_regular_file(error) && name != kManifestName) files.push_back(name);
     if (error) break;

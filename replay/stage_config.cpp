@@ -95,7 +95,8 @@ std::string print_stage_config(const StageConfig& stages) {
 
 toml::table parse_toml_file(const std::filesystem::path& path) {
   std::ifstream file(path);
-  if (!file) throw UserError(path.string(), "cannot be read", "give the path of a TOML file");
+  if (!file || std::filesystem::is_directory(path))
+    throw UserError(path.string(), "cannot be read", "give the path of a TOML file");
   std::ostringstream text;
   text << file.rdbuf();
   return parse_toml(text.str(), path.string());

@@ -35,7 +35,8 @@ void TakeArguments::add_to(CLI::App& command) {
   command.add_option("--axes", axes,
                      "directions of the take's x y z: three of L R U D F B (default LUF: x to the subject's left, y "
                      "up, z out of the face)");
-  command.add_option("--rate", rate_hz, "frames per second (default: what the file says)")->check(CLI::PositiveNumber);
+  command.add_option("--rate", rate_hz, "frames per second (default: what the file says)")
+      ->check(CLI::Range(0.01, 1e5));
 }
 
 TakeOptions TakeArguments::options() const {

@@ -14,6 +14,8 @@ namespace risorius {
 namespace {
 
 constexpr double kLongestGapSeconds = 10;
+/// Whatever the rate: rows for frames that never came must not fill the disk.
+constexpr std::uint64_t kMostLostInARow = 100'000;
 
 void append_row(std::string& line, std::uint64_t frame) {
   line.clear();
@@ -24,10 +26,15 @@ void append_row(std::string& line, std::uint64_t frame) {
 
 TakeDataset::TakeDataset(const std::filesystem::path& folder, const MarkerSet& markers, const Rig& rig,
                          TakeDatasetOptions options)
-    : folder_(folder), markers_(markers), rig_(rig), options_(std::move(options)), energy_(rig, markers.names) {
+    : folder_(folder),
+      partial_folder_(folder.string() + kUnfinishedTake),
+      markers_(markers),
+      rig_(rig),
+      options_(std::move(options)),
+      energy_(rig, markers.names) {
   std::error_code error;
   std::filesystem::create_directories(folder.parent_path(), error);
-  if (!std::filesystem::create_directory(folder, error)) {
+  if (std::filesystem::exists(folder) || !std::filesystem::create_directory(partial_folder_, error)) {
     throw UserError(folder.string(),
                     error ? "cannot make this folder: " + error.message() : "this folder is there already",
                     "give a folder that does not exist yet, on a disk that can be written");
@@ -41,11 +48,11 @@ void TakeDataset::open_files(double rate_hz) {
   rate_hz_ = rate_hz;
   MarkerSet written = markers_;
   written.rate_hz = rate_hz;
-  c3d_ = std::make_unique<C3dWriter>(folder_ / "cleaned.c3d", written, kVersion);
-  au_csv_ = std::make_unique<AuCsvWriter>(folder_ / "au.csv", rig_.au_names());
-  au_sd_csv_ = std::make_unique<AtomicFile>(folder_ / "au_sd.csv");
-  pose_csv_ = std::make_unique<AtomicFile>(folder_ / "pose.csv");
-  quality_csv_ = std::make_unique<AtomicFile>(folder_ / "quality.csv");
+  c3d_ = std::make_unique<C3dWriter>(partial_folder_ / "cleaned.c3d", written, kVersion);
+  au_csv_ = std::make_unique<AuCsvWriter>(partial_folder_ / "au.csv", rig_.au_names());
+  au_sd_csv_ = std::make_unique<AtomicFile>(partial_folder_ / "au_sd.csv");
+  pose_csv_ = std::make_unique<AtomicFile>(partial_folder_ / "pose.csv");
+  quality_csv_ = std::make_unique<AtomicFile>(partial_folder_ / "quality.csv");
   episode_detector_ = std::make_unique<EpisodeDetector>(rig_.au_names(), options_.episodes);
   line_ = "Frame";
   for (const auto& name : rig_.au_names()) line_ += "," + name;
@@ -59,8 +66,10 @@ void TakeDataset::open_files(double rate_hz) {
 bool TakeDataset::continues_with(const MarkerFrame& frame) const noexcept {
   if (frame_count_ == 0 && !first_) return true;
   const std::uint64_t sequence = frame.header.sequence;
-  if (first_) return sequence > first_->markers.header.sequence;
-  return sequence >= next_sequence_ && static_cast<double>(sequence - next_sequence_) <= kLongestGapSeconds * rate_hz_;
+  const FrameHeader& last = first_ ? first_->markers.header : last_header_;
+  if (sequence <= last.sequence || frame.header.capture_time_ns <= last.capture_time_ns) return false;
+  if (sequence - last.sequence > kMostLostInARow) return false;
+  return first_ || static_cast<double>(sequence - next_sequence_) <= kLongestGapSeconds * rate_hz_;
 }
 
 void TakeDataset::write(const SolvedFrame& frame) {
@@ -71,10 +80,10 @@ void TakeDataset::write(const SolvedFrame& frame) {
     }
     const auto& first = first_->markers.header;
     const auto& second = frame.markers.header;
-    const double seconds = static_cast<double>(second.capture_time_ns - first.capture_time_ns) * 1e-9;
+    const double seconds = static_cast<double>(difference_ns(second.capture_time_ns, first.capture_time_ns)) * 1e-9;
     // Rounded to a hundredth, as trackers state rates: one interval says no more.
     const double rate = static_cast<double>(second.sequence - first.sequence) / seconds;
-    open_files(seconds > 0 ? std::round(rate * 100) / 100 : 100);
+    open_files(seconds > 0 ? std::clamp(std::round(rate * 100) / 100, 0.01, 1e5) : 100);
     write_row(*first_);
     first_.reset();
   }
@@ -88,7 +97,7 @@ void TakeDataset::write_row(const SolvedFrame& frame) {
     first_capture_time_ns_ = header.capture_time_ns;
   }
   write_lost_until(header.sequence);
-  const double time_s = static_cast<double>(header.capture_time_ns - first_capture_time_ns_) * 1e-9;
+  const double time_s = static_cast<double>(difference_ns(header.capture_time_ns, first_capture_time_ns_)) * 1e-9;
   c3d_->write(frame.markers);
   au_csv_->write(frame.aus);
   write_pose(frame.aus);
@@ -97,7 +106,7 @@ void TakeDataset::write_row(const SolvedFrame& frame) {
   energy_.add(frame);
   if (frame.aus.status == SolverStatus::kConverged) ++solved_count_;
   largest_kkt_residual_ = std::max(largest_kkt_residual_, frame.aus.kkt_residual);
-  last_capture_time_ns_ = header.capture_time_ns;
+  last_header_ = header;
   next_sequence_ = header.sequence + 1;
   ++frame_count_;
 }
@@ -188,14 +197,18 @@ void TakeDataset::finish() {
   }
   episode_detector_->flush();
   keep_episodes();
-  save_episodes(folder_ / "episodes.csv", rig_.au_names(), episodes_);
+  save_episodes(partial_folder_ / "episodes.csv", rig_.au_names(), episodes_);
   c3d_->finish();
   au_csv_->finish();
   au_sd_csv_->commit();
   pose_csv_->commit();
   quality_csv_->commit();
-  save_rig(rig_, folder_ / "rig.json");
+  save_rig(rig_, partial_folder_ / "rig.json");
   write_take_json();
+  std::error_code error;
+  std::filesystem::rename(partial_folder_, folder_, error);
+  if (error)
+    throw UserError(folder_.string(), "cannot be put in place: " + error.message(), "see " + partial_folder_.string());
 }
 
 void TakeDataset::write_take_json() {
@@ -222,7 +235,7 @@ void TakeDataset::write_take_json() {
   json["residual_rms_mm"] = energy_.residual_rms_mm();
   json["largest_kkt_residual"] = largest_kkt_residual_;
   json["episodes"] = episodes_.size();
-  AtomicFile file(folder_ / "take.json");
+  AtomicFile file(partial_folder_ / "take.json");
   file.write(json.dump(1) + "\n");
   file.commit();
 }

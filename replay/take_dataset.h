@@ -23,6 +23,9 @@
 
 namespace risorius {
 
+/// Ends the name of a take's folder until it is finished.
+inline constexpr const char* kUnfinishedTake = ".partial";
+
 struct TakeDatasetOptions {
   std::string source;         ///< where the frames came from: the take's file name or the live source's name
   std::string metadata_json;  ///< a JSON object; its members are added to take.json
@@ -31,7 +34,8 @@ struct TakeDatasetOptions {
 
 class TakeDataset {
  public:
-  /// Makes `folder`, which must not exist. Throws UserError.
+  /// Writes to `folder`.partial, which becomes `folder` when the take is finished; neither must exist. Throws
+  /// UserError.
   TakeDataset(const std::filesystem::path& folder, const MarkerSet& markers, const Rig& rig,
               TakeDatasetOptions options);
   ~TakeDataset();
@@ -65,7 +69,7 @@ class TakeDataset {
   void keep_episodes();
   void write_take_json();
 
-  std::filesystem::path folder_;
+  std::filesystem::path folder_, partial_folder_;
   MarkerSet markers_;
   Rig rig_;
   TakeDatasetOptions options_;
@@ -79,7 +83,8 @@ class TakeDataset {
   std::vector<Episode> episodes_;
   MarkerEnergy energy_;
   std::uint64_t first_sequence_ = 0, next_sequence_ = 0;
-  std::int64_t first_capture_time_ns_ = 0, last_capture_time_ns_ = 0;
+  std::int64_t first_capture_time_ns_ = 0;
+  FrameHeader last_header_;
   std::uint64_t frame_count_ = 0, lost_count_ = 0, solved_count_ = 0, filled_count_ = 0, rejected_count_ = 0,
                 missing_count_ = 0, sample_count_ = 0;
   double largest_kkt_residual_ = 0;

@@ -172,7 +172,7 @@ void AuSolver::solve(const MarkerFrame& frame, AuFrame& out) noexcept {
 /// worse than the last frame was explained, as the stabilisers sit in the neutral. The better one is kept: few
 /// stabilisers, and most of them on a moving brow, can agree on a wrong pose, but all markers together do not.
 bool AuSolver::find_pose(std::int64_t capture_time_ns) noexcept {
-  const std::int64_t step_ns = capture_time_ns - last_time_ns_;
+  const std::int64_t step_ns = difference_ns(capture_time_ns, last_time_ns_);
   weight_ = markers_.weight();
   if (!stabilisers_visible()) return false;
   double cost = std::numeric_limits<double>::infinity();
@@ -246,7 +246,7 @@ void AuSolver::decide_observed() noexcept {
 
 /// temporal_ becomes the weight by which each AU is drawn to x_ of the last frame.
 void AuSolver::prepare_penalties(std::int64_t capture_time_ns) noexcept {
-  const double step_s = static_cast<double>(capture_time_ns - last_time_ns_) * 1e-9;
+  const double step_s = static_cast<double>(difference_ns(capture_time_ns, last_time_ns_)) * 1e-9;
   const bool follows = !fresh_ && capture_time_ns > last_time_ns_;
   const double weight = follows ? options_.temporal * kNominalStep_s / std::max(step_s, kShortestStep_s) : 0;
   for (std::size_t i = 0; i < seen_.size(); ++i) {

@@ -188,6 +188,9 @@ Rig parse_rig(std::string_view json, const std::string& place) {
 }
 
 Rig load_rig(const std::filesystem::path& path) {
+  if (std::filesystem::is_directory(path)) {
+    throw UserError(path.string(), "is a folder", "give the path of a rig file (JSON)");
+  }
   std::ifstream file(path, std::ios::binary);
   if (!file) throw_file_error(path, "the rig file cannot be opened", "check the path and its permissions");
   const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};

@@ -78,9 +78,11 @@ TEST(TakeDataset, RestartsAndLongGapsDoNotContinueATake) {
   TakeDataset take(folder.path() / "t", performed.set, builtin_rig(), {});
   auto frame = performed.frames[0];
   frame.markers.header.sequence = 100;
+  frame.markers.header.capture_time_ns = 100 * 8'333'333;
   take.write(frame);
   const auto continues = [&](std::uint64_t sequence) {
     frame.markers.header.sequence = sequence;
+    frame.markers.header.capture_time_ns = static_cast<std::int64_t>(sequence) * 8'333'333;
     return take.continues_with(frame.markers);
   };
   EXPECT_TRUE(continues(101));
@@ -88,6 +90,7 @@ TEST(TakeDataset, RestartsAndLongGapsDoNotContinueATake) {
   EXPECT_FALSE(continues(101 + 1201));
   EXPECT_FALSE(continues(100));
   EXPECT_FALSE(continues(0));
+  EXPECT_FALSE(continues(1ull << 62)) << "rows for lost frames must not fill the disk";
 }
 
 TEST(TakeDataset, LearnsTheRateFromTheFramesIfTheSetStatesNone) {

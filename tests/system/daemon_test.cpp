@@ -9,7 +9,9 @@
 #include <unistd.h>
 
 #include "replay/daemon_client.h"
+#include "replay/performer.h"
 #include "replay/sender.h"
+#include "solve/builtin_face.h"
 #include "support/process.h"
 #include "support/test_data.h"
 #include "system/running_daemon.h"
@@ -143,6 +145,85 @@ TEST(Daemon, TellsWhenTheRigDoesNotFitAndTakesASetThatChanges) {
   EXPECT_EQ(daemon.end().exit_code, 0);
   EXPECT_TRUE(std::filesystem::exists(daemon.dataset() / "face-001" / "take.json"));
   EXPECT_TRUE(std::filesystem::exists(daemon.dataset() / "face-002" / "take.json")) << "another set is another take";
+}
+
+TEST(Daemon, SortsFramesOfSeveralSetsByTheSetTheyName) {
+  TemporaryFolder folder;
+  RunningDaemon daemon(folder.path(), kFace);
+  ASSERT_TRUE(daemon.up());
+  Sender sender(parse_listen_address(daemon.input("face")));
+  MarkerFrame frame;
+  frame.count = 3;
+  const auto send = [&](const MarkerSet& set, std::uint64_t from, std::uint64_t to) {
+    sender.send_marker_set(set);
+    for (std::uint64_t s = from; s < to; ++s) {
+      frame.header = {.set_id = set.id, .sequence = s, .capture_time_ns = static_cast<std::int64_t>(s) * 10'000'000};
+      for (std::uint32_t m = 0; m < 3; ++m) {
+        frame.state[m] = MarkerState::kMeasured;
+        frame.position_mm[m] = {static_cast<float>(10 * m), static_cast<float>(m * m), 1};
+      }
+      sender.send_frame(frame);
+    }
+  };
+  const MarkerSet first{.id = 1, .names = {"a", "b", "c"}, .rate_hz = 100};
+  const MarkerSet second{.id = 2, .names = {"a", "c", "d"}, .rate_hz = 100};
+  // The same number of markers under another id, there and back again.
+  send(first, 0, 10);
+  send(second, 10, 20);
+  send(first, 20, 30);
+  ASSERT_TRUE(becomes_true(daemon, [](const nlohmann::json& face) { return face.at("processed") == 30; }));
+  EXPECT_EQ(daemon.status().at("streams").at("face").at("refused_frames"), 0);
+  EXPECT_EQ(daemon.end().exit_code, 0);
+  for (const char* take : {"face-001", "face-002", "face-003"}) {
+    EXPECT_TRUE(std::filesystem::exists(daemon.dataset() / take / "take.json")) << take;
+  }
+}
+
+TEST(Daemon, SurvivesFramesThatNoRigCanBe) {
+  TemporaryFolder folder;
+  RunningDaemon daemon(folder.path(), kFace);
+  ASSERT_TRUE(daemon.up());
+  Sender sender(parse_listen_address(daemon.input("face")));
+  PerformerTake take(builtin_rig(), {.seconds = 1});
+  sender.send_marker_set(take.info().markers);
+  MarkerFrame frame;
+  std::uint64_t sent = 0;
+  ASSERT_TRUE(take.next(frame));
+  sender.send_frame(frame);
+  ++sent;
+  ASSERT_TRUE(becomes_true(daemon, [](const nlohmann::json& face) { return face.at("processed") == 1; }));
+  EXPECT_TRUE(
+      ask_daemon(daemon.control(), {{"command", "capture_neutral"}, {"seconds", 0.05}}, std::chrono::seconds(10))
+          .at("ok"));
+  while (take.next(frame)) {  // every marker in one place, as trackers send markers that they do not see
+    frame.state.fill(MarkerState::kMeasured);
+    frame.position_mm.fill({});
+    sender.send_frame(frame);
+    ++sent;
+  }
+  ASSERT_TRUE(becomes_true(daemon, [&](const nlohmann::json& face) { return face.at("processed") == sent; }));
+  const auto face = daemon.status().at("streams").at("face");
+  EXPECT_LE(face.at("solved"), 1);
+  EXPECT_EQ(face.at("neutral_captures"), 0);
+  EXPECT_EQ(daemon.end().exit_code, 0);
+}
+
+TEST(Daemon, RefusesAMultipartRequestAndAnswersTheNext) {
+  TemporaryFolder folder;
+  RunningDaemon daemon(folder.path(), kFace);
+  ASSERT_TRUE(daemon.up());
+  zmq::context_t context;
+  zmq::socket_t socket(context, zmq::socket_type::req);
+  socket.set(zmq::sockopt::rcvtimeo, 10'000);
+  socket.set(zmq::sockopt::linger, 0);
+  socket.connect(daemon.control());
+  socket.send(zmq::str_buffer("{\"command\": \"status\"}"), zmq::send_flags::sndmore);
+  socket.send(zmq::str_buffer("x"), zmq::send_flags::none);
+  zmq::message_t answer;
+  ASSERT_TRUE(socket.recv(answer));
+  EXPECT_FALSE(nlohmann::json::from_msgpack(answer.to_string()).at("ok"));
+  EXPECT_TRUE(ask_daemon(daemon.control(), {{"command", "status"}}, std::chrono::seconds(10)).at("ok"));
+  EXPECT_EQ(daemon.end().exit_code, 0);
 }
 
 TEST(Daemon, CapturesANeutralOnRequest) {

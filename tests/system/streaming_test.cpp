@@ -49,7 +49,8 @@ bool all_solved(const RunningDaemon& daemon, const std::map<std::string, std::ui
   while (std::chrono::steady_clock::now() - begin < std::chrono::seconds(30)) {
     const auto streams = daemon.status().at("streams");
     bool done = true;
-    for (const auto& [name, count] : frames) done = done && streams.at(name).at("processed").get<std::uint64_t>() >= count;
+    for (const auto& [name, count] : frames)
+      done = done && streams.at(name).at("processed").get<std::uint64_t>() >= count;
     if (done) return true;
   }
   return false;
