@@ -274,8 +274,8 @@ TEST(Daemon, PythonClientOfTheReadmeReadsIt) {
   ASSERT_TRUE(daemon.up());
   Process client({"/usr/bin/python3", (folder.path() / "client.py").string(), daemon.publish()});
   Process sender({program("risorius").string(), "replay", "builtin:3", "--loop", "--to", daemon.input("face")});
-  EXPECT_TRUE(client.wait_for_output("face", 20)) << client.output();
-  EXPECT_NE(client.output().find("AU"), std::string::npos) << client.output();
+  EXPECT_TRUE(client.wait_for_output("AU", 20)) << client.output();
+  EXPECT_NE(client.output().find("face"), std::string::npos) << client.output();
   EXPECT_EQ(daemon.end().exit_code, 0);
 }
 
