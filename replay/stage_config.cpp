@@ -27,7 +27,7 @@ void visit_reorder(V& v, O& o) {
 
 template <class V, class O>
 void visit_despike(V& v, O& o) {
-  v.choice("method", o.method, std::span<const Choice<DespikeMethod>>(kDespikeMethods), "displacement is seed 000's");
+  v.choice("method", o.method, std::span<const Choice<DespikeMethod>>(kDespikeMethods), "displacement is the plain baseline");
   v.number("max_speed_mm_s", o.max_speed_mm_s, 1, 1e6,
            "of a marker: in the world (displacement), about the head (head_frame)");
   v.number("deviation_multiple", o.deviation_multiple, 3, 1000, "times a marker's usual straying");
