@@ -4,7 +4,7 @@
 
 #include "capture/errors.h"
 #include "capture/marker_set.h"
-#include "replay/send_target.h"
+#include "replay/live/send_target.h"
 
 namespace risorius {
 namespace {

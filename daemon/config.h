@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "replay/stage_config.h"
+#include "replay/pipeline/stage_config.h"
 
 namespace risorius {
 

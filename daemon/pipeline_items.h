@@ -5,7 +5,7 @@
 
 #include "capture/frames.h"
 #include "capture/marker_set.h"
-#include "replay/frame_pipeline.h"
+#include "replay/pipeline/frame_pipeline.h"
 
 namespace risorius {
 

@@ -12,7 +12,7 @@
 
 #include "daemon/channel.h"
 #include "daemon/pipeline_items.h"
-#include "replay/frame_pipeline.h"
+#include "replay/pipeline/frame_pipeline.h"
 
 namespace risorius {
 

@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 
 #include "capture/errors.h"
-#include "replay/dataset_folder.h"
+#include "replay/dataset/dataset_folder.h"
 
 namespace risorius {
 

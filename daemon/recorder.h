@@ -15,7 +15,7 @@
 
 #include "daemon/channel.h"
 #include "daemon/pipeline_items.h"
-#include "replay/take_dataset.h"
+#include "replay/dataset/take_dataset.h"
 
 namespace risorius {
 

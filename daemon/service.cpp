@@ -18,8 +18,8 @@
 #include "capture/monotonic_clock.h"
 #include "capture/version.h"
 #include "daemon/status.h"
-#include "replay/dataset_folder.h"
-#include "replay/rig_argument.h"
+#include "replay/commands/rig_argument.h"
+#include "replay/dataset/dataset_folder.h"
 
 namespace risorius {
 namespace {

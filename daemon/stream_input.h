@@ -8,14 +8,14 @@
 #include <string>
 #include <unordered_map>
 
-#include "capture/marker_stream_decoder.h"
-#include "capture/reorder_window.h"
-#include "capture/udp_source.h"
-#include "capture/zmq_source.h"
+#include "capture/wire/marker_stream_decoder.h"
+#include "capture/wire/reorder_window.h"
+#include "capture/wire/udp_source.h"
+#include "capture/wire/zmq_source.h"
 #include "daemon/channel.h"
 #include "daemon/config.h"
 #include "daemon/pipeline_items.h"
-#include "replay/send_target.h"
+#include "replay/live/send_target.h"
 
 namespace risorius {
 

@@ -7,7 +7,7 @@
 
 #include "capture/check.h"
 #include "capture/errors.h"
-#include "solve/au_name.h"
+#include "solve/rigs/au_name.h"
 #include "solve/robust_weight.h"
 
 namespace risorius {

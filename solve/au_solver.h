@@ -19,9 +19,9 @@
 #include "solve/au_solver_options.h"
 #include "solve/bounded_qp.h"
 #include "solve/head_pose.h"
-#include "solve/marker_basis.h"
-#include "solve/rig.h"
-#include "solve/rig_markers.h"
+#include "solve/rigs/marker_basis.h"
+#include "solve/rigs/rig.h"
+#include "solve/rigs/rig_markers.h"
 
 namespace risorius {
 

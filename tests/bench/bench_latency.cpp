@@ -14,12 +14,12 @@
 #include <zmq.hpp>
 
 #include "bench/bench_report.h"
-#include "capture/marker_codec.h"
 #include "capture/monotonic_clock.h"
-#include "replay/daemon_client.h"
-#include "replay/pacer.h"
-#include "replay/performer.h"
-#include "solve/builtin_face.h"
+#include "capture/wire/marker_codec.h"
+#include "replay/live/daemon_client.h"
+#include "replay/live/pacer.h"
+#include "replay/performer/performer.h"
+#include "solve/faces/builtin_face.h"
 #include "support/process.h"
 #include "support/test_data.h"
 #include "system/running_daemon.h"

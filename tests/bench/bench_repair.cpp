@@ -12,10 +12,10 @@
 #include <vector>
 
 #include "bench/bench_report.h"
-#include "capture/despiker.h"
-#include "capture/gap_baselines.h"
-#include "capture/gap_filler.h"
-#include "capture/offline_repair.h"
+#include "capture/repair/despiker.h"
+#include "capture/repair/gap_baselines.h"
+#include "capture/repair/gap_filler.h"
+#include "capture/repair/offline_repair.h"
 #include "support/marker_csv.h"
 #include "support/marker_defects.h"
 #include "support/test_data.h"

@@ -12,7 +12,7 @@
 #include "bench/bench_report.h"
 #include "solve/au_solver.h"
 #include "solve/bounded_qp.h"
-#include "solve/marker_basis.h"
+#include "solve/rigs/marker_basis.h"
 #include "synthetic_face.h"
 
 namespace risorius {

@@ -8,13 +8,13 @@
 #include <vector>
 
 #include "bench/bench_report.h"
-#include "capture/marker_stream_decoder.h"
 #include "capture/monotonic_clock.h"
-#include "capture/reorder_window.h"
+#include "capture/wire/marker_stream_decoder.h"
+#include "capture/wire/reorder_window.h"
 #include "daemon/messages.h"
-#include "replay/frame_pipeline.h"
-#include "replay/performer.h"
-#include "solve/builtin_face.h"
+#include "replay/performer/performer.h"
+#include "replay/pipeline/frame_pipeline.h"
+#include "solve/faces/builtin_face.h"
 
 namespace risorius::bench {
 namespace {

@@ -6,10 +6,10 @@
 #include <thread>
 
 #include "capture/errors.h"
-#include "replay/daemon_client.h"
-#include "replay/performer.h"
-#include "replay/sender.h"
-#include "solve/builtin_face.h"
+#include "replay/live/daemon_client.h"
+#include "replay/live/sender.h"
+#include "replay/performer/performer.h"
+#include "solve/faces/builtin_face.h"
 #include "support/allocation_counter.h"
 
 namespace risorius {

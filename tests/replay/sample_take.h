@@ -11,8 +11,8 @@
 #include <string_view>
 #include <vector>
 
-#include "replay/c3d_writer.h"
-#include "replay/take.h"
+#include "replay/takes/c3d_writer.h"
+#include "replay/takes/take.h"
 
 namespace risorius::test {
 

@@ -8,7 +8,7 @@
 #include "capture/frames.h"
 #include "capture/marker_set.h"
 #include "capture/rigid_alignment.h"
-#include "solve/rig.h"
+#include "solve/rigs/rig.h"
 
 namespace risorius::test {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/marker_codec.h"
+#include "capture/wire/marker_codec.h"
 
 namespace risorius::test {
 

@@ -8,10 +8,10 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "replay/daemon_client.h"
-#include "replay/performer.h"
-#include "replay/sender.h"
-#include "solve/builtin_face.h"
+#include "replay/live/daemon_client.h"
+#include "replay/live/sender.h"
+#include "replay/performer/performer.h"
+#include "solve/faces/builtin_face.h"
 #include "support/process.h"
 #include "support/test_data.h"
 #include "system/running_daemon.h"

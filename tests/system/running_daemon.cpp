@@ -3,7 +3,7 @@
 #include <csignal>
 #include <fstream>
 
-#include "replay/daemon_client.h"
+#include "replay/live/daemon_client.h"
 
 namespace risorius::test {
 

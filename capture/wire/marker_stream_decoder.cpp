@@ -1,0 +1,145 @@
+#include "capture/wire/marker_stream_decoder.h"
+
+#include <cmath>
+#include <fmt/format.h>
+
+#include "capture/check.h"
+#include "capture/errors.h"
+
+namespace risorius {
+namespace {
+
+const DecoderOptions& checked(const DecoderOptions& options) {
+  if (options.mm_per_unit && !(std::isfinite(*options.mm_per_unit) && *options.mm_per_unit > 0)) {
+    throw UserError("mm_per_unit", fmt::format("{} is not a finite number > 0", *options.mm_per_unit),
+                    "1 for mm, 10 for cm, 1000 for m");
+  }
+  if (options.reassembly_frames < 1 || options.reassembly_frames > FrameAssembler::kMemory) {
+    throw UserError("reassembly_frames", fmt::format("{} is out of range", options.reassembly_frames),
+                    fmt::format("1 to {}", FrameAssembler::kMemory));
+  }
+  if (options.event_capacity < 2 || options.event_capacity > 65536) {
+    throw UserError("event_capacity", fmt::format("{} is out of range", options.event_capacity), "2 to 65536");
+  }
+  return options;
+}
+
+}  // namespace
+
+MarkerStreamDecoder::MarkerStreamDecoder(const DecoderOptions& options)
+    : stream_id_(checked(options).stream_id),
+      sets_(options.mm_per_unit, options.axes),
+      assembler_(options.reassembly_frames),
+      events_(options.event_capacity) {}
+
+SourceEvent& MarkerStreamDecoder::emit(SourceEventKind kind) noexcept {
+  RISORIUS_CHECK(event_count_ < events_.size());
+  SourceEvent& event = events_[(first_event_ + event_count_++) % events_.size()];
+  event.kind = kind;
+  event.session = sets_.session().value_or(0);
+  event.set = nullptr;
+  return event;
+}
+
+void MarkerStreamDecoder::refuse(DecodeError error, std::uint64_t datagrams) noexcept {
+  counters_.datagrams.refused.add(datagrams);
+  counters_.errors[static_cast<std::size_t>(error)].add(datagrams);
+}
+
+void MarkerStreamDecoder::account(const FrameAssembler::Outcome& outcome) noexcept {
+  counters_.datagrams.emitted.add(outcome.parts_used);
+  counters_.datagrams.dropped.add(outcome.parts_dropped);
+  if (outcome.parts_refused > 0) refuse(outcome.error, outcome.parts_refused);
+  counters_.frames.received.add(outcome.frames_opened);
+  counters_.frames.dropped.add(outcome.frames_given_up);
+  counters_.incomplete_frames.add(outcome.frames_given_up);
+  counters_.not_finite_markers.add(outcome.markers_not_finite);
+}
+
+void MarkerStreamDecoder::update_held() noexcept {
+  counters_.datagrams.held.set(assembler_.held_parts() + sets_.held());
+  counters_.frames.held.set(assembler_.held_frames() + waiting_frames_);
+}
+
+bool MarkerStreamDecoder::push(std::span<const std::byte> datagram, std::int64_t receive_time_ns) noexcept {
+  if (!ready()) return false;
+  counters_.datagrams.received.add();
+  NativeMessage message;
+  if (const DecodeError error = decode(datagram, message); error != DecodeError::kNone) {
+    refuse(error);
+  } else if (const auto* frame = std::get_if<MarkerFramePart>(&message)) {
+    take(*frame, receive_time_ns);
+  } else if (const auto* set = std::get_if<MarkerSetPart>(&message)) {
+    take(*set);
+  } else if (const auto* end = std::get_if<EndOfStream>(&message)) {
+    take(*end);
+  }
+  update_held();
+  return true;
+}
+
+void MarkerStreamDecoder::take(const MarkerSetPart& part) noexcept {
+  const MarkerSetBook::Outcome outcome = sets_.add(part);
+  counters_.datagrams.emitted.add(outcome.used);
+  counters_.datagrams.dropped.add(outcome.dropped);
+  if (outcome.refused > 0) refuse(outcome.error, outcome.refused);
+  if (outcome.new_session) {
+    account(assembler_.reset());
+    last_end_.reset();
+    counters_.sessions.add();
+    emit(SourceEventKind::kNewSession);
+  }
+  if (outcome.changed != nullptr) {
+    // The parts that have arrived of a frame were placed in the axes of the old set.
+    account(assembler_.give_up(outcome.changed->id));
+    counters_.sets_changed.add();
+    emit(SourceEventKind::kMarkerSet).set = outcome.changed;
+  }
+}
+
+void MarkerStreamDecoder::take(const MarkerFramePart& part, std::int64_t receive_time_ns) noexcept {
+  if (sets_.session() && *sets_.session() != part.session) return refuse(DecodeError::kOtherSession);
+  const MarkerSet* set = sets_.find(part.set_id);
+  if (set == nullptr) return refuse(DecodeError::kUnknownSet);
+  if (set->names.size() != part.count) return refuse(DecodeError::kCountMismatch);
+  const FrameAssembler::Outcome outcome = assembler_.add(part, *set);
+  account(outcome);
+  if (outcome.complete == nullptr) return;
+  MarkerFrame& frame = emit(SourceEventKind::kFrame).frame;
+  frame = *outcome.complete;
+  frame.header.stream_id = stream_id_;
+  frame.header.receive_time_ns = receive_time_ns;
+  ++waiting_frames_;
+}
+
+void MarkerStreamDecoder::take(const EndOfStream& end) noexcept {
+  if (sets_.session() != end.session) return refuse(DecodeError::kOtherSession);
+  if (last_end_ && last_end_->frames_sent == end.frames_sent && last_end_->last_sequence == end.last_sequence) {
+    counters_.datagrams.dropped.add();
+    return;
+  }
+  last_end_ = end;
+  counters_.datagrams.emitted.add();
+  emit(SourceEventKind::kEndOfStream).end = end;
+}
+
+bool MarkerStreamDecoder::pop(SourceEvent& event) noexcept {
+  if (event_count_ == 0) return false;
+  event = events_[first_event_];
+  first_event_ = (first_event_ + 1) % events_.size();
+  --event_count_;
+  if (event.kind == SourceEventKind::kFrame) {
+    --waiting_frames_;
+    counters_.frames.emitted.add();
+    update_held();
+  }
+  return true;
+}
+
+void MarkerStreamDecoder::flush() noexcept {
+  account(assembler_.give_up_all());
+  counters_.datagrams.dropped.add(sets_.drop_incomplete());
+  update_held();
+}
+
+}  // namespace risorius

@@ -1,0 +1,231 @@
+// risorius dataset: recorded takes to a FACS-coded dataset folder. Whole takes run in parallel.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <filesystem>
+#include <fmt/format.h>
+#include <memory>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <thread>
+#include <vector>
+
+#include "capture/errors.h"
+#include "capture/version.h"
+#include "replay/commands/commands.h"
+#include "replay/commands/rig_argument.h"
+#include "replay/commands/take_arguments.h"
+#include "replay/dataset/dataset_folder.h"
+#include "replay/dataset/take_dataset.h"
+#include "replay/pipeline/offline_pipeline.h"
+#include "replay/pipeline/stage_config.h"
+#include "replay/progress_line.h"
+
+namespace risorius {
+namespace {
+
+struct DatasetArguments {
+  std::vector<std::string> takes;
+  std::string rig, output, config, source;
+  bool causal = false;
+  std::string pseudonym, consent, licence;
+  TakeArguments take;
+};
+
+/// One take on its way into the dataset.
+struct TakeJob {
+  std::string name;
+  std::filesystem::path folder;
+  std::unique_ptr<TakeDataset> dataset;
+};
+
+/// The take's stem; a second take of the same stem gets "-2" and so on.
+std::vector<TakeJob> name_jobs(const DatasetArguments& arguments) {
+  std::vector<TakeJob> jobs;
+  std::set<std::string> names;
+  for (const auto& take : arguments.takes) {
+    const std::string stem =
+        take == "builtin" || take.starts_with("builtin:") ? "builtin" : std::filesystem::path(take).stem().string();
+    std::string name = stem;
+    for (int n = 2; !names.insert(name).second; ++n) name = fmt::format("{}-{}", stem, n);
+    jobs.push_back({.name = take, .folder = std::filesystem::path(arguments.output) / name});
+  }
+  return jobs;
+}
+
+class FrameTally {
+ public:
+  FrameTally(std::vector<TakeJob>& jobs, const TakeOptions& options) {
+    for (const auto& job : jobs) total_ += open_take_or_builtin(job.name, options)->info().frame_count.value_or(0);
+  }
+  void add(std::uint64_t frames) { progress_.show(done_ += frames, total_); }
+  void finish() { progress_.finish(done_); }
+
+ private:
+  std::uint64_t total_ = 0;
+  std::atomic<std::uint64_t> done_{0};
+  ProgressLine progress_{"dataset", "frames"};
+};
+
+std::string metadata_of(const DatasetArguments& arguments) {
+  return nlohmann::json{{"risorius", kVersion},
+                        {"instruction_set", kInstructionSet},
+                        {"processing", arguments.causal ? "offline, causal" : "offline, both directions"},
+                        {"pseudonym", arguments.pseudonym},
+                        {"consent", arguments.consent}}
+      .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+void process(TakeJob& job, const DatasetArguments& arguments, const Rig& rig, const StageConfig& stages,
+             FrameTally& tally) {
+  const auto take = open_take_or_builtin(job.name, arguments.take.options());
+  print_warnings(*take);
+  job.dataset =
+      std::make_unique<TakeDataset>(job.folder, take->info().markers, rig,
+                                    TakeDatasetOptions{.source = std::filesystem::path(job.name).filename().string(),
+                                                       .metadata_json = metadata_of(arguments)});
+  const auto sink = [&](const SolvedFrame& frame) { job.dataset->write(frame); };
+  std::uint64_t reported = 0;
+  const auto progress = [&](std::uint64_t done, std::uint64_t) {
+    tally.add(done - reported);
+    reported = done;
+  };
+  if (arguments.causal) {
+    FramePipeline pipeline(stages.pipeline, rig);
+    solve_causally(*take, pipeline, sink, progress);
+  } else {
+    solve_both_directions(*take, stages.pipeline, OfflineFillOptions{}, rig, sink, progress);
+  }
+  job.dataset->finish();
+  progress(job.dataset->frame_count(), 0);
+}
+
+void process_in_parallel(std::vector<TakeJob>& jobs, const DatasetArguments& arguments, const Rig& rig,
+                         const StageConfig& stages) {
+  FrameTally tally(jobs, arguments.take.options());
+  std::atomic<std::size_t> next{0};
+  std::exception_ptr first_error;
+  std::mutex mutex;
+  const auto work = [&] {
+    for (std::size_t i = next++; i < jobs.size(); i = next++) {
+      try {
+        process(jobs[i], arguments, rig, stages, tally);
+      } catch (...) {
+        const std::scoped_lock lock(mutex);
+        if (!first_error) first_error = std::current_exception();
+        next = jobs.size();
+      }
+    }
+  };
+  {
+    std::vector<std::jthread> workers;
+    const std::size_t count = std::min<std::size_t>(std::max(1U, std::thread::hardware_concurrency()), jobs.size());
+    for (std::size_t i = 0; i < count; ++i) workers.emplace_back(work);
+  }
+  if (first_error) std::rethrow_exception(first_error);
+  tally.finish();
+}
+
+/// The AUs with the longest total time in episodes.
+std::string most_active(const TakeDataset& dataset) {
+  const auto names = dataset.rig().au_names();
+  std::vector<std::pair<std::string, double>> seconds;
+  for (const auto& name : names) seconds.emplace_back(name, 0);
+  for (const auto& episode : dataset.episodes()) {
+    seconds[episode.column].second += static_cast<double>(episode.offset.time_ns - episode.onset.time_ns) * 1e-9;
+  }
+  std::ranges::stable_sort(seconds, std::greater<>(), [](const auto& s) { return s.second; });
+  std::string text;
+  for (std::size_t i = 0; i < std::min<std::size_t>(6, seconds.size()) && seconds[i].second > 0; ++i) {
+    text += fmt::format("{}{} {:.1f} s", i == 0 ? "" : ", ", seconds[i].first, seconds[i].second);
+  }
+  return text.empty() ? "none" : text;
+}
+
+void print_summary(const std::vector<TakeJob>& jobs) {
+  fmt::print("{:<18} {:>7} {:>7}  {:>22}  {:>9} {:>8}\n", "take", "frames", "filled", "marker energy explained",
+             "residual", "max KKT");
+  fmt::print("{:<18} {:>7} {:>7}  {:>11} {:>11}  {:>9}\n", "", "", "", "head only", "with AUs", "rms");
+  for (const auto& job : jobs) {
+    const TakeDataset& d = *job.dataset;
+    fmt::print(
+        "{:<18} {:>7} {:>6.2f}%  {:>10.2f}% {:>10.2f}%  {:>6.2f} mm {:>8.1e}\n", job.folder.filename().string(),
+        d.frame_count(),
+        100 * static_cast<double>(d.filled_count()) / static_cast<double>(std::max<std::uint64_t>(1, d.sample_count())),
+        100 * d.energy().explained_by_head(), 100 * d.energy().explained_with_aus(), d.energy().residual_rms_mm(),
+        d.largest_kkt_residual());
+    fmt::print("  AUs explain {:.1f} % of what the head leaves; {} episodes, longest: {}\n",
+               100 * d.energy().face_explained_by_aus(), d.episodes().size(), most_active(d));
+  }
+}
+
+/// Before anything is written: every take opens, and the rig knows its markers.
+void refuse_what_cannot_be_solved(const DatasetArguments& arguments, const Rig& rig) {
+  for (const auto& name : arguments.takes) {
+    const auto take = open_take_or_builtin(name, arguments.take.options());
+    AuSolver solver(rig);
+    try {
+      solver.use_marker_set(take->info().markers);
+    } catch (const UserError& error) {
+      throw UserError(name + ": " + error.what());
+    }
+  }
+}
+
+void warn_of_unsolved_frames(const std::vector<TakeJob>& jobs) {
+  for (const auto& job : jobs) {
+    const std::uint64_t frames = job.dataset->frame_count(), solved = job.dataset->solved_count();
+    if (10 * solved >= 9 * frames) continue;
+    fmt::print(stderr,
+               "{}: warning: {} of {} frames could not be solved; column solver of quality.csv says why (poor_fit: is "
+               "this the "
+               "take's rig; are --units and --axes right?)\n",
+               job.name, frames - solved, frames);
+  }
+}
+
+void make_dataset(const DatasetArguments& arguments) {
+  const Rig rig = rig_of_argument(arguments.rig);
+  refuse_what_cannot_be_solved(arguments, rig);
+  const StageConfig stages =
+      arguments.config.empty() ? StageConfig{} : load_stage_config(arguments.config, arguments.source);
+  std::vector<TakeJob> jobs = name_jobs(arguments);
+  begin_dataset_folder(arguments.output);
+  process_in_parallel(jobs, arguments, rig, stages);
+  finish_dataset_folder(
+      arguments.output,
+      dataset_card_markdown({.title = std::filesystem::path(arguments.output).filename().string(),
+                             .rig = rig.name,
+                             .mode = arguments.causal ? "offline, causal" : "offline, both directions",
+                             .pseudonym = arguments.pseudonym,
+                             .consent = arguments.consent,
+                             .licence = arguments.licence,
+                             .options_toml = print_stage_config(stages)}));
+  print_summary(jobs);
+  warn_of_unsolved_frames(jobs);
+  fmt::print("dataset: {}\n", arguments.output);
+}
+
+}  // namespace
+
+void add_dataset_command(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("dataset", "solve recorded takes into a FACS-coded dataset folder");
+  auto arguments = std::make_shared<DatasetArguments>();
+  command->add_option("takes", arguments->takes, "takes (.c3d, .csv), or \"builtin\"")->required();
+  command->add_option("--rig", arguments->rig, "rig file, or \"builtin\"")->required();
+  command->add_option("-o,--output", arguments->output, "dataset folder to make")->required();
+  command->add_flag("--causal", arguments->causal,
+                    "exactly what the live service computes; default: gaps filled from both sides");
+  command->add_option("--config", arguments->config, "a configuration file of risoriusd: its stage tables are used");
+  command->add_option("--source", arguments->source,
+                      "whose [[source]] tables of the configuration hold, if it has several");
+  command->add_option("--pseudonym", arguments->pseudonym, "of the recorded person, kept with the data");
+  command->add_option("--consent", arguments->consent, "reference to the person's consent, kept with the data");
+  command->add_option("--licence", arguments->licence, "of the dataset, kept with the data");
+  arguments->take.add_to(*command);
+  command->callback([arguments] { make_dataset(*arguments); });
+}
+
+}  // namespace risorius

@@ -1,0 +1,29 @@
+// risorius: everything offline, by subcommand.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+#include <fmt/format.h>
+
+#include "capture/version.h"
+#include "replay/commands/commands.h"
+
+int main(int argc, char** argv) {
+  CLI::App app("Risorius: facial motion capture to FACS action units, offline tools. The live service is risoriusd.");
+  app.set_version_flag("--version", fmt::format("risorius {} ({})", risorius::kVersion, risorius::kInstructionSet));
+  app.require_subcommand(1);
+  risorius::add_demo_command(app);
+  risorius::add_replay_command(app);
+  risorius::add_rig_command(app);
+  risorius::add_dataset_command(app);
+  risorius::add_watch_command(app);
+  risorius::add_control_command(app);
+  try {
+    app.parse(argc, argv);
+    return 0;
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error);
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "risorius: {}\n", error.what());
+    return 1;
+  }
+}

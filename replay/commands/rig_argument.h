@@ -1,0 +1,13 @@
+// A rig as users name it: a rig file, or "builtin".
+#pragma once
+
+#include <string>
+
+#include "solve/rigs/rig.h"
+
+namespace risorius {
+
+/// Throws UserError.
+Rig rig_of_argument(const std::string& name_or_path);
+
+}  // namespace risorius

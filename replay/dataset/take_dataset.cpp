@@ -1,0 +1,243 @@
+#include "replay/dataset/take_dataset.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "capture/errors.h"
+#include "capture/frame_words.h"
+#include "capture/version.h"
+
+namespace risorius {
+namespace {
+
+constexpr double kLongestGapSeconds = 10;
+/// Whatever the rate: rows for frames that never came must not fill the disk.
+constexpr std::uint64_t kMostLostInARow = 100'000;
+
+void append_row(std::string& line, std::uint64_t frame) {
+  line.clear();
+  fmt::format_to(std::back_inserter(line), "{}", frame);
+}
+
+}  // namespace
+
+TakeDataset::TakeDataset(const std::filesystem::path& folder, const MarkerSet& markers, const Rig& rig,
+                         TakeDatasetOptions options)
+    : folder_(folder),
+      partial_folder_(folder.string() + kUnfinishedTake),
+      markers_(markers),
+      rig_(rig),
+      options_(std::move(options)),
+      energy_(rig, markers.names) {
+  std::error_code error;
+  std::filesystem::create_directories(folder.parent_path(), error);
+  if (std::filesystem::exists(folder) || !std::filesystem::create_directory(partial_folder_, error)) {
+    throw UserError(folder.string(),
+                    error ? "cannot make this folder: " + error.message() : "this folder is there already",
+                    "give a folder that does not exist yet, on a disk that can be written");
+  }
+  if (markers.rate_hz > 0) open_files(markers.rate_hz);
+}
+
+TakeDataset::~TakeDataset() = default;
+
+void TakeDataset::open_files(double rate_hz) {
+  rate_hz_ = rate_hz;
+  MarkerSet written = markers_;
+  written.rate_hz = rate_hz;
+  c3d_ = std::make_unique<C3dWriter>(partial_folder_ / "cleaned.c3d", written, kVersion);
+  au_csv_ = std::make_unique<AuCsvWriter>(partial_folder_ / "au.csv", rig_.au_names());
+  au_sd_csv_ = std::make_unique<AtomicFile>(partial_folder_ / "au_sd.csv");
+  pose_csv_ = std::make_unique<AtomicFile>(partial_folder_ / "pose.csv");
+  quality_csv_ = std::make_unique<AtomicFile>(partial_folder_ / "quality.csv");
+  episode_detector_ = std::make_unique<EpisodeDetector>(rig_.au_names(), options_.episodes);
+  line_ = "Frame";
+  for (const auto& name : rig_.au_names()) line_ += "," + name;
+  au_sd_csv_->write(line_ + "\n");
+  pose_csv_->write(
+      "frame,translation_x_mm,translation_y_mm,translation_z_mm,rotation_x,rotation_y,rotation_z,rotation_w\n");
+  quality_csv_->write(
+      "frame,time_s,measured,filled,rejected,missing,solver,residual_rms_mm,kkt_residual,marker_states,au_states\n");
+}
+
+bool TakeDataset::continues_with(const MarkerFrame& frame) const noexcept {
+  if (frame_count_ == 0 && !first_) return true;
+  const std::uint64_t sequence = frame.header.sequence;
+  const FrameHeader& last = first_ ? first_->markers.header : last_header_;
+  if (sequence <= last.sequence || frame.header.capture_time_ns <= last.capture_time_ns) return false;
+  if (sequence - last.sequence > kMostLostInARow) return false;
+  return first_ || static_cast<double>(sequence - next_sequence_) <= kLongestGapSeconds * rate_hz_;
+}
+
+void TakeDataset::write(const SolvedFrame& frame) {
+  if (rate_hz_ == 0) {
+    if (!first_) {
+      first_ = frame;
+      return;
+    }
+    const auto& first = first_->markers.header;
+    const auto& second = frame.markers.header;
+    const double seconds = static_cast<double>(difference_ns(second.capture_time_ns, first.capture_time_ns)) * 1e-9;
+    // Rounded to a hundredth, as trackers state rates: one interval says no more.
+    const double rate = static_cast<double>(second.sequence - first.sequence) / seconds;
+    open_files(seconds > 0 ? std::clamp(std::round(rate * 100) / 100, 0.01, 1e5) : 100);
+    write_row(*first_);
+    first_.reset();
+  }
+  write_row(frame);
+}
+
+void TakeDataset::write_row(const SolvedFrame& frame) {
+  const FrameHeader& header = frame.markers.header;
+  if (frame_count_ == 0) {
+    first_sequence_ = next_sequence_ = header.sequence;
+    first_capture_time_ns_ = header.capture_time_ns;
+  }
+  write_lost_until(header.sequence);
+  const double time_s = static_cast<double>(difference_ns(header.capture_time_ns, first_capture_time_ns_)) * 1e-9;
+  c3d_->write(frame.markers);
+  au_csv_->write(frame.aus);
+  write_pose(frame.aus);
+  write_quality(frame, time_s);
+  find_episodes(frame.aus);
+  energy_.add(frame);
+  if (frame.aus.status == SolverStatus::kConverged) ++solved_count_;
+  largest_kkt_residual_ = std::max(largest_kkt_residual_, frame.aus.kkt_residual);
+  last_header_ = header;
+  next_sequence_ = header.sequence + 1;
+  ++frame_count_;
+}
+
+void TakeDataset::write_lost_until(std::uint64_t sequence) {
+  while (next_sequence_ < sequence) {
+    SolvedFrame lost;
+    lost.markers.header.sequence = lost.aus.header.sequence = next_sequence_;
+    lost.markers.count = static_cast<std::uint32_t>(markers_.names.size());
+    lost.aus.count = static_cast<std::uint32_t>(rig_.au_count());
+    const double time_s = static_cast<double>(next_sequence_ - first_sequence_) / rate_hz_;
+    lost.aus.header.capture_time_ns = first_capture_time_ns_ + std::llround(time_s * 1e9);
+    c3d_->write(lost.markers);
+    au_csv_->write(lost.aus);
+    append_row(line_, next_sequence_);
+    line_ += ",,,,,,,\n";
+    pose_csv_->write(line_);
+    line_.clear();
+    fmt::format_to(std::back_inserter(line_), "{},{},,,,,lost,,,,\n", next_sequence_, time_s);
+    quality_csv_->write(line_);
+    append_row(line_, next_sequence_);
+    au_sd_csv_->write(line_ + std::string(rig_.au_count(), ',') + "\n");
+    find_episodes(lost.aus);
+    ++next_sequence_;
+    ++frame_count_;
+    ++lost_count_;
+  }
+}
+
+void TakeDataset::write_pose(const AuFrame& frame) {
+  append_row(line_, frame.header.sequence);
+  if (frame.status == SolverStatus::kConverged) {
+    for (const double t : frame.world_from_head.translation_mm) fmt::format_to(std::back_inserter(line_), ",{}", t);
+    for (const double q : frame.world_from_head.rotation_xyzw) fmt::format_to(std::back_inserter(line_), ",{}", q);
+    line_ += '\n';
+  } else {
+    line_ += ",,,,,,,\n";
+  }
+  pose_csv_->write(line_);
+
+  append_row(line_, frame.header.sequence);
+  for (std::uint32_t i = 0; i < frame.count; ++i) {
+    line_ += ',';
+    if (frame.state[i] == AuState::kObserved)
+      fmt::format_to(std::back_inserter(line_), "{}", frame.standard_deviation[i]);
+  }
+  line_ += '\n';
+  au_sd_csv_->write(line_);
+}
+
+void TakeDataset::write_quality(const SolvedFrame& frame, double time_s) {
+  std::array<std::uint64_t, 4> counts{};
+  std::string marker_states, au_states;
+  for (std::uint32_t m = 0; m < frame.markers.count; ++m) {
+    ++counts[static_cast<std::size_t>(frame.markers.state[m])];
+    marker_states += letter_of(frame.markers.state[m]);
+  }
+  for (std::uint32_t i = 0; i < frame.aus.count; ++i) au_states += letter_of(frame.aus.state[i]);
+  const auto count_of = [&](MarkerState state) { return counts[static_cast<std::size_t>(state)]; };
+  filled_count_ += count_of(MarkerState::kFilled);
+  rejected_count_ += count_of(MarkerState::kRejected);
+  missing_count_ += count_of(MarkerState::kMissing);
+  sample_count_ += frame.markers.count;
+  line_.clear();
+  fmt::format_to(std::back_inserter(line_), "{},{},{},{},{},{},{},{},{},{},{}\n", frame.markers.header.sequence, time_s,
+                 count_of(MarkerState::kMeasured), count_of(MarkerState::kFilled), count_of(MarkerState::kRejected),
+                 count_of(MarkerState::kMissing), word_of(frame.aus.status), frame.aus.residual_rms_mm,
+                 frame.aus.kkt_residual, marker_states, au_states);
+  quality_csv_->write(line_);
+}
+
+void TakeDataset::find_episodes(const AuFrame& frame) {
+  while (!episode_detector_->push(frame)) keep_episodes();
+  keep_episodes();
+}
+
+void TakeDataset::keep_episodes() {
+  Episode episode;
+  while (episode_detector_->pop(episode)) episodes_.push_back(episode);
+}
+
+void TakeDataset::finish() {
+  if (finished_) return;
+  finished_ = true;
+  if (rate_hz_ == 0) {
+    open_files(100);  // one frame at most: any rate is as good as another
+    if (first_) write_row(*first_);
+  }
+  episode_detector_->flush();
+  keep_episodes();
+  save_episodes(partial_folder_ / "episodes.csv", rig_.au_names(), episodes_);
+  c3d_->finish();
+  au_csv_->finish();
+  au_sd_csv_->commit();
+  pose_csv_->commit();
+  quality_csv_->commit();
+  save_rig(rig_, partial_folder_ / "rig.json");
+  write_take_json();
+  std::error_code error;
+  std::filesystem::rename(partial_folder_, folder_, error);
+  if (error)
+    throw UserError(folder_.string(), "cannot be put in place: " + error.message(), "see " + partial_folder_.string());
+}
+
+void TakeDataset::write_take_json() {
+  nlohmann::json json =
+      options_.metadata_json.empty() ? nlohmann::json::object() : nlohmann::json::parse(options_.metadata_json);
+  json["format"] = "risorius-take";
+  json["version"] = 1;
+  json["source"] = options_.source;
+  json["rate_hz"] = rate_hz_;
+  json["frames"] = frame_count_;
+  json["solved_frames"] = solved_count_;
+  json["lost_frames"] = lost_count_;
+  json["first_sequence"] = first_sequence_;
+  json["first_capture_time_ns"] = first_capture_time_ns_;
+  json["markers"] = markers_.names;
+  json["aus"] = rig_.au_names();
+  json["facs_edition"] = rig_.facs_edition;
+  json["rig"] = {{"name", rig_.name}, {"source", rig_.source}, {"file", "rig.json"}};
+  json["marker_samples"] = {
+      {"all", sample_count_}, {"filled", filled_count_}, {"rejected", rejected_count_}, {"missing", missing_count_}};
+  json["marker_energy_explained"] = {{"by_head_pose", energy_.explained_by_head()},
+                                     {"with_aus", energy_.explained_with_aus()},
+                                     {"of_the_face_by_aus", energy_.face_explained_by_aus()}};
+  json["residual_rms_mm"] = energy_.residual_rms_mm();
+  json["largest_kkt_residual"] = largest_kkt_residual_;
+  json["episodes"] = episodes_.size();
+  AtomicFile file(partial_folder_ / "take.json");
+  file.write(json.dump(1) + "\n");
+  file.commit();
+}
+
+}  // namespace risorius

@@ -1,0 +1,94 @@
+// One take of a dataset folder, written frame by frame as the frames come: cleaned.c3d, au.csv, au_sd.csv, pose.csv,
+// quality.csv, episodes.csv, rig.json and, last, take.json. replay/README.md describes the files.
+// Rows begin with the frame's sequence number, and C3D frame i is number first_sequence + i: frames that were lost on
+// the way are there as missing.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "capture/marker_set.h"
+#include "replay/atomic_file.h"
+#include "replay/dataset/episode.h"
+#include "replay/dataset/episodes.h"
+#include "replay/dataset/marker_energy.h"
+#include "replay/pipeline/frame_pipeline.h"
+#include "replay/takes/au_csv.h"
+#include "replay/takes/c3d_writer.h"
+#include "solve/rigs/rig.h"
+
+namespace risorius {
+
+/// Ends the name of a take's folder until it is finished.
+inline constexpr const char* kUnfinishedTake = ".partial";
+
+struct TakeDatasetOptions {
+  std::string source;         ///< where the frames came from: the take's file name or the live source's name
+  std::string metadata_json;  ///< a JSON object; its members are added to take.json
+  EpisodeOptions episodes;
+};
+
+class TakeDataset {
+ public:
+  /// Writes to `folder`.partial, which becomes `folder` when the take is finished; neither must exist. Throws
+  /// UserError.
+  TakeDataset(const std::filesystem::path& folder, const MarkerSet& markers, const Rig& rig,
+              TakeDatasetOptions options);
+  ~TakeDataset();
+
+  /// Whether the frame goes on where the last one ended; false after a restart (the sequence went back) or a gap of
+  /// more than ten seconds: then finish this take and begin another.
+  bool continues_with(const MarkerFrame& frame) const noexcept;
+  /// Throws UserError if the disk refuses.
+  void write(const SolvedFrame& frame);
+  /// Completes all files.
+  void finish();
+
+  const std::filesystem::path& folder() const noexcept { return folder_; }
+  std::uint64_t frame_count() const noexcept { return frame_count_; }
+  std::uint64_t lost_count() const noexcept { return lost_count_; }
+  std::uint64_t solved_count() const noexcept { return solved_count_; }
+  std::uint64_t filled_count() const noexcept { return filled_count_; }
+  std::uint64_t sample_count() const noexcept { return sample_count_; }
+  double largest_kkt_residual() const noexcept { return largest_kkt_residual_; }
+  const MarkerEnergy& energy() const noexcept { return energy_; }
+  const Rig& rig() const noexcept { return rig_; }
+  const std::vector<Episode>& episodes() const noexcept { return episodes_; }
+
+ private:
+  void open_files(double rate_hz);
+  void write_row(const SolvedFrame& frame);
+  void write_quality(const SolvedFrame& frame, double time_s);
+  void write_pose(const AuFrame& frame);
+  void write_lost_until(std::uint64_t sequence);
+  void find_episodes(const AuFrame& frame);
+  void keep_episodes();
+  void write_take_json();
+
+  std::filesystem::path folder_, partial_folder_;
+  MarkerSet markers_;
+  Rig rig_;
+  TakeDatasetOptions options_;
+  double rate_hz_ = 0;
+  std::optional<SolvedFrame> first_;  ///< held until the second frame, if the set states no rate
+  std::unique_ptr<C3dWriter> c3d_;
+  std::unique_ptr<AuCsvWriter> au_csv_;
+  std::unique_ptr<AtomicFile> au_sd_csv_, pose_csv_, quality_csv_;
+  std::string line_;
+  std::unique_ptr<EpisodeDetector> episode_detector_;
+  std::vector<Episode> episodes_;
+  MarkerEnergy energy_;
+  std::uint64_t first_sequence_ = 0, next_sequence_ = 0;
+  std::int64_t first_capture_time_ns_ = 0;
+  FrameHeader last_header_;
+  std::uint64_t frame_count_ = 0, lost_count_ = 0, solved_count_ = 0, filled_count_ = 0, rejected_count_ = 0,
+                missing_count_ = 0, sample_count_ = 0;
+  double largest_kkt_residual_ = 0;
+  bool finished_ = false;
+};
+
+}  // namespace risorius

@@ -1,0 +1,140 @@
+#include "replay/pipeline/frame_pipeline.h"
+
+#include <Eigen/Geometry>
+#include <utility>
+
+#include "capture/check.h"
+#include "capture/errors.h"
+
+namespace risorius {
+namespace {
+
+/// A marker enters the new neutral if it was seen in at least this share of the averaged frames.
+constexpr double kNeutralPresence = 0.5;
+
+std::vector<double> upper_bounds_of(const Rig& rig) {
+  std::vector<double> bounds;
+  for (const auto& au : rig.aus) bounds.push_back(au.upper_bound);
+  return bounds;
+}
+
+}  // namespace
+
+FramePipeline::FramePipeline(const PipelineOptions& options, Rig rig)
+    : rig_(std::move(rig)),
+      despiker_(options.despike),
+      filler_(options.fill),
+      solver_(rig_, options.solve),
+      continuer_(std::make_unique<DampedVelocity>(upper_bounds_of(rig_), options.damped_velocity),
+                 options.continuation),
+      neutral_sum_mm_(3, static_cast<Eigen::Index>(rig_.marker_count())),
+      neutral_count_(static_cast<Eigen::Index>(rig_.marker_count())) {}
+
+void FramePipeline::use_marker_set(const MarkerSet& set) {
+  if (const auto problems = problems_of(set); !problems.empty()) throw UserError("marker set", problems.front(), "");
+  set_id_ = set.id;
+  set_count_ = static_cast<std::uint32_t>(set.names.size());
+  despiker_.use_marker_set(set);
+  filler_.use_marker_set(set);
+  set_index_of_rig_marker_ = index_map(set.names, rig_.marker_names);
+  neutral_.running = false;
+  rig_problem_.clear();
+  try {
+    solver_.use_marker_set(set);
+  } catch (const UserError& error) {
+    rig_problem_ = error.what();
+  }
+}
+
+bool FramePipeline::push(const MarkerFrame& frame) noexcept {
+  if (frame.header.set_id == set_id_ && frame.count == set_count_) return despiker_.push(frame);
+  refused_.add();
+  return true;
+}
+
+bool FramePipeline::pop(SolvedFrame& out) noexcept {
+  while (!filler_.pop(out.markers)) {
+    if (!despiker_.pop(between_)) return false;
+    RISORIUS_CHECK(filler_.push(between_));
+  }
+  const bool looked_at = rig_problem_.empty() && solver_.push(out.markers) && solver_.pop(out.aus);
+  if (!looked_at) {
+    out.aus = AuFrame{};
+    out.aus.header = out.markers.header;
+    out.aus.header.set_id = solver_.au_set_id();
+    out.aus.count = static_cast<std::uint32_t>(rig_.au_count());
+  }
+  if (neutral_.running) add_to_neutral(out);
+  return true;
+}
+
+void FramePipeline::flush() noexcept {
+  despiker_.flush();
+  while (despiker_.pop(between_)) RISORIUS_CHECK(filler_.push(between_));
+  filler_.flush();
+}
+
+void FramePipeline::reset() noexcept {
+  neutral_.running = false;  // another take is perhaps another actor
+  despiker_.reset();
+  filler_.reset();
+  solver_.flush();
+}
+
+void FramePipeline::begin_neutral_capture(std::int64_t duration_ns) noexcept {
+  neutral_.running = true;
+  neutral_duration_ns_ = duration_ns;
+  neutral_begin_ns_.reset();
+  neutral_.frames = 0;
+  neutral_sum_mm_.setZero();
+  neutral_count_.setZero();
+}
+
+void FramePipeline::add_to_neutral(const SolvedFrame& frame) {
+  if (frame.aus.status != SolverStatus::kConverged) return;
+  if (!neutral_begin_ns_) neutral_begin_ns_ = frame.markers.header.capture_time_ns;
+  const std::int64_t elapsed_ns = difference_ns(frame.markers.header.capture_time_ns, *neutral_begin_ns_);
+  if (elapsed_ns < 0) {  // the tracker's clock was set back: begin anew
+    begin_neutral_capture(neutral_duration_ns_);
+    return;
+  }
+  if (elapsed_ns >= neutral_duration_ns_) {
+    finish_neutral();
+    return;
+  }
+  const auto& q = frame.aus.world_from_head.rotation_xyzw;
+  const auto& t = frame.aus.world_from_head.translation_mm;
+  const Eigen::Quaterniond head_from_world_rotation = Eigen::Quaterniond(q[3], q[0], q[1], q[2]).conjugate();
+  const Eigen::Vector3d head_in_world(t[0], t[1], t[2]);
+  ++neutral_.frames;
+  for (std::size_t m = 0; m < set_index_of_rig_marker_.size(); ++m) {
+    const int i = set_index_of_rig_marker_[m];
+    if (i < 0 || frame.markers.state[static_cast<std::size_t>(i)] != MarkerState::kMeasured) continue;
+    const Position& p = frame.markers.position_mm[static_cast<std::size_t>(i)];
+    neutral_sum_mm_.col(static_cast<Eigen::Index>(m)) +=
+        head_from_world_rotation * (Eigen::Vector3d(p.x, p.y, p.z) - head_in_world);
+    neutral_count_[static_cast<Eigen::Index>(m)] += 1;
+  }
+}
+
+void FramePipeline::finish_neutral() {
+  neutral_.running = false;
+  Rig renewed = rig_;
+  double largest_shift_mm = 0;
+  for (Eigen::Index m = 0; m < neutral_count_.size(); ++m) {
+    if (neutral_count_[m] < kNeutralPresence * neutral_.frames) continue;
+    const Eigen::Vector3d mean = neutral_sum_mm_.col(m) / neutral_count_[m];
+    largest_shift_mm = std::max(largest_shift_mm, (mean - rig_.neutral_mm.col(m)).norm());
+    renewed.neutral_mm.col(m) = mean;
+  }
+  if (!problems_of(renewed).empty()) {  // such as stabilisers on one line: the old neutral stays
+    ++neutral_.refused;
+    return;
+  }
+  solver_.set_neutral(renewed.neutral_mm);
+  rig_ = std::move(renewed);
+  neutral_.largest_shift_mm = largest_shift_mm;
+  ++neutral_.completed;
+}
+
+}  // namespace risorius

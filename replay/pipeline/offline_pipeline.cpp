@@ -1,0 +1,66 @@
+#include "replay/pipeline/offline_pipeline.h"
+
+#include "capture/check.h"
+#include "capture/errors.h"
+
+namespace risorius {
+namespace {
+
+constexpr std::uint64_t kProgressStride = 64;
+
+void refuse_unfit_rig(const TakeReader& take, const FramePipeline& pipeline) {
+  if (!pipeline.rig_problem().empty()) throw UserError(take.info().path.string() + ": " + pipeline.rig_problem());
+}
+
+std::vector<MarkerFrame> read_despiked(TakeReader& take, const DespikerOptions& options) {
+  Despiker despiker(options);
+  despiker.use_marker_set(take.info().markers);
+  std::vector<MarkerFrame> frames;
+  MarkerFrame frame, cleaned;
+  while (take.next(frame)) {
+    RISORIUS_CHECK(despiker.push(frame));
+    while (despiker.pop(cleaned)) frames.push_back(cleaned);
+  }
+  despiker.flush();
+  while (despiker.pop(cleaned)) frames.push_back(cleaned);
+  return frames;
+}
+
+}  // namespace
+
+void solve_causally(TakeReader& take, FramePipeline& pipeline, const SolvedFrameSink& sink,
+                    const FrameProgress& progress) {
+  pipeline.use_marker_set(take.info().markers);
+  refuse_unfit_rig(take, pipeline);
+  const std::uint64_t all = take.info().frame_count.value_or(0);
+  MarkerFrame frame;
+  SolvedFrame solved;
+  for (std::uint64_t done = 0; take.next(frame);) {
+    RISORIUS_CHECK(pipeline.push(frame));
+    while (pipeline.pop(solved)) sink(solved);
+    if (++done % kProgressStride == 0) progress(done, all);
+  }
+  pipeline.flush();
+  while (pipeline.pop(solved)) sink(solved);
+}
+
+void solve_both_directions(TakeReader& take, const PipelineOptions& options, const OfflineFillOptions& fill,
+                           const Rig& rig, const SolvedFrameSink& sink, const FrameProgress& progress) {
+  AuSolver solver(rig, options.solve);
+  try {
+    solver.use_marker_set(take.info().markers);
+  } catch (const UserError& error) {
+    throw UserError(take.info().path.string() + ": " + error.what());
+  }
+  std::vector<MarkerFrame> frames = read_despiked(take, options.despike);
+  fill_offline(frames, take.info().markers, fill);
+  SolvedFrame solved;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    solved.markers = frames[i];
+    RISORIUS_CHECK(solver.push(solved.markers) && solver.pop(solved.aus));
+    sink(solved);
+    if (i % kProgressStride == 0) progress(i, frames.size());
+  }
+}
+
+}  // namespace risorius

@@ -1,0 +1,27 @@
+// A whole take through the stages, frame by frame in causal mode (the same object as the daemon's, so the same bits),
+// or with the gaps filled from both sides.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "capture/repair/offline_repair.h"
+#include "replay/pipeline/frame_pipeline.h"
+#include "replay/takes/take.h"
+
+namespace risorius {
+
+using SolvedFrameSink = std::function<void(const SolvedFrame&)>;
+/// Called now and then with the number of frames done, and of all (0 if not known).
+using FrameProgress = std::function<void(std::uint64_t done, std::uint64_t of)>;
+
+/// Streams the take through `pipeline`; memory does not grow with the take. Throws UserError if the rig does not fit.
+void solve_causally(TakeReader& take, FramePipeline& pipeline, const SolvedFrameSink& sink,
+                    const FrameProgress& progress);
+
+/// Despikes causally, fills each gap from its past and its future, then solves in order. Holds the take in memory.
+void solve_both_directions(TakeReader& take, const PipelineOptions& options, const OfflineFillOptions& fill,
+                           const Rig& rig, const SolvedFrameSink& sink, const FrameProgress& progress);
+
+}  // namespace risorius
