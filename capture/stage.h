@@ -4,6 +4,8 @@
 //      <-ready---                      <--ready--
 //
 // It has no thread, clock, socket, file or log. Time comes in the frames; where it must act without one, as a Tick.
+// What a frame still has to teach a stage once it has been handed on may wait for an optional `settle()`, off the frame's
+// way; a push that finds it undone does it first, so that no value depends on who calls it when.
 // Constructors and `use_marker_set` validate and allocate; push, pop, tick and flush do neither and are noexcept.
 #pragma once
 

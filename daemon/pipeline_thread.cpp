@@ -60,6 +60,7 @@ void PipelineThread::work_on(const AdmittedItem& item) {
 void PipelineThread::work_on_frame(PipelineStream& stream, const AdmittedItem& item) noexcept {
   while (!stream.stages.push(item.frame)) hand_on_solved(stream, item.stream_id);
   hand_on_solved(stream, item.stream_id);
+  stream.stages.settle();
 }
 
 void PipelineThread::hand_on_solved(PipelineStream& stream, std::uint32_t stream_id) noexcept {

@@ -90,17 +90,17 @@ AuSolver::AuSolver(Rig rig, const AuSolverOptions& options)
   for (Eigen::VectorXd* v : {&weight_, &gram_weight_}) *v = Eigen::VectorXd::Zero(m_count);
   for (Eigen::VectorXd* v : {&y_mm_, &weighted_y_mm_, &fitted_mm_}) *v = Eigen::VectorXd::Zero(3 * m_count);
   for (Eigen::VectorXd* v :
-       {&x_, &share_, &b_, &b_fit_, &fixed_, &upper_, &solution_, &variance_, &temporal_, &previous_x_}) {
+       {&x_, &share_, &b_fit_, &fixed_, &upper_, &solution_, &variance_, &temporal_, &previous_x_}) {
     *v = Eigen::VectorXd::Zero(k_count);
   }
-  for (Eigen::MatrixXd* matrix : {&gram_, &h_}) *matrix = Eigen::MatrixXd::Zero(k_count, k_count);
+  h_ = Eigen::MatrixXd::Zero(k_count, k_count);
 }
 
 void AuSolver::use_marker_set(const MarkerSet& set) {
   markers_.use_marker_set(rig_, set);
   gram_weight_ = markers_.present();
   basis_.use_weights(gram_weight_);
-  basis_.gram(gram_weight_, gram_);
+  hessian_holds_ = false;
 }
 
 void AuSolver::set_neutral(const Eigen::Matrix3Xd& neutral_mm) {
@@ -251,7 +251,9 @@ void AuSolver::prepare_penalties(std::int64_t capture_time_ns) noexcept {
   const double weight = follows ? options_.temporal * kNominalStep_s / std::max(step_s, kShortestStep_s) : 0;
   for (std::size_t i = 0; i < seen_.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
-    temporal_[k] = seen_[i] && observed_[i] ? weight * basis_.mean_diagonal_mm2() : 0;
+    const double temporal = seen_[i] && observed_[i] ? weight * basis_.mean_diagonal_mm2() : 0;
+    hessian_holds_ = hessian_holds_ && temporal == temporal_[k];
+    temporal_[k] = temporal;
   }
   previous_x_ = x_;
 }
@@ -276,18 +278,22 @@ QpResult AuSolver::fit(QpEffort effort) noexcept {
 }
 
 QpResult AuSolver::fit_weighted(QpEffort effort) noexcept {
-  if (weight_ != gram_weight_) {
-    basis_.gram(weight_, gram_);
-    gram_weight_ = weight_;
-  }
-  for (Eigen::Index m = 0; m < basis_.marker_count(); ++m) {
-    weighted_y_mm_.segment<3>(3 * m) = weight_[m] * y_mm_.segment<3>(3 * m);
-  }
-  basis_.project(weighted_y_mm_, b_);
-  h_ = gram_;
+  const QpHessian hessian = renew_hessian() ? QpHessian::kNew : QpHessian::kSame;
+  project_markers();
+  const QpResult qp = qp_.solve(h_, b_fit_, upper_, solution_, effort, hessian);
+  x_ = solution_ + fixed_;
+  basis_.deform(x_, fitted_mm_);
+  return qp;
+}
+
+/// False if h_ is what it was.
+bool AuSolver::renew_hessian() noexcept {
+  if (hessian_holds_ && weight_ == gram_weight_) return false;
+  basis_.gram(weight_, h_);
+  gram_weight_ = weight_;
+  hessian_holds_ = true;
   const double unit = basis_.mean_diagonal_mm2();
   h_.diagonal().array() += options_.ridge * unit + temporal_.array();
-  b_.array() += temporal_.array() * previous_x_.array() - options_.l1 * unit;
   const double tie = options_.left_right * unit;
   for (const auto& [left, right] : left_right_pairs_) {
     h_(left, left) += tie;
@@ -295,12 +301,17 @@ QpResult AuSolver::fit_weighted(QpEffort effort) noexcept {
     h_(left, right) -= tie;
     h_(right, left) -= tie;
   }
-  b_fit_ = b_;
-  b_fit_.noalias() -= h_ * fixed_;
-  const QpResult qp = qp_.solve(h_, b_fit_, upper_, solution_, effort);
-  x_ = solution_ + fixed_;
-  basis_.deform(x_, fitted_mm_);
-  return qp;
+  return true;
+}
+
+/// b_fit_: the displacements that are seen, and the penalties, as the AUs to be fitted feel them.
+void AuSolver::project_markers() noexcept {
+  for (Eigen::Index m = 0; m < basis_.marker_count(); ++m) {
+    weighted_y_mm_.segment<3>(3 * m) = weight_[m] * y_mm_.segment<3>(3 * m);
+  }
+  basis_.project(weighted_y_mm_, b_fit_);
+  b_fit_.array() += temporal_.array() * previous_x_.array() - options_.l1 * basis_.mean_diagonal_mm2();
+  if (!fixed_.isZero(0)) b_fit_.noalias() -= h_ * fixed_;
 }
 
 void AuSolver::measure_residuals() noexcept {

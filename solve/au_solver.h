@@ -64,6 +64,8 @@ class AuSolver {
   void prepare_penalties(std::int64_t capture_time_ns) noexcept;
   QpResult fit(QpEffort effort) noexcept;
   QpResult fit_weighted(QpEffort effort) noexcept;
+  bool renew_hessian() noexcept;
+  void project_markers() noexcept;
   void measure_residuals() noexcept;
   double median_residual_mm() noexcept;
   bool reweigh(int iteration) noexcept;
@@ -91,16 +93,17 @@ class AuSolver {
 
   // Of the frame at work, allocated once. M markers, K AUs.
   Eigen::VectorXd weight_;                            // M
-  Eigen::VectorXd gram_weight_;                       // M: the weights gram_ belongs to
+  Eigen::VectorXd gram_weight_;                       // M: the weights that h_ belongs to
+  bool hessian_holds_ = false;                        // no penalty in h_ has changed since it was made
   Eigen::VectorXd y_mm_, weighted_y_mm_, fitted_mm_;  // 3M
   std::vector<double> residual_mm_, scratch_;         // M
   std::vector<Eigen::Vector3d> stabiliser_head_mm_, stabiliser_world_mm_;
   std::vector<double> stabiliser_weight_;
-  std::vector<Eigen::Vector3d> fitted_head_mm_, seen_world_mm_;                                      // M
-  std::vector<double> pose_weight_;                                                                  // M
-  std::vector<char> observed_;                                                                       // K
-  Eigen::VectorXd share_, b_, b_fit_, fixed_, upper_, solution_, variance_, temporal_, previous_x_;  // K
-  Eigen::MatrixXd gram_, h_;                                                                         // K x K
+  std::vector<Eigen::Vector3d> fitted_head_mm_, seen_world_mm_;                                  // M
+  std::vector<double> pose_weight_;                                                              // M
+  std::vector<char> observed_;                                                                   // K
+  Eigen::VectorXd share_, b_fit_, fixed_, upper_, solution_, variance_, temporal_, previous_x_;  // K
+  Eigen::MatrixXd h_;                                                                            // K x K
   AuFrame out_;
   bool has_out_ = false;
   StageLedger ledger_;

@@ -38,14 +38,16 @@ BoundedQp::BoundedQp(int size)
       gradient_(Eigen::VectorXd::Zero(size)),
       feasible_(Eigen::VectorXd::Zero(size)) {
   free_.reserve(size);
+  factored_.reserve(size);
 }
 
 void BoundedQp::reset() noexcept { std::fill(place_.begin(), place_.end(), Place::kLower); }
 
 QpResult BoundedQp::solve(const Eigen::MatrixXd& h, const Eigen::VectorXd& b, const Eigen::VectorXd& upper,
-                          Eigen::VectorXd& x, QpEffort effort) noexcept {
+                          Eigen::VectorXd& x, QpEffort effort, QpHessian hessian) noexcept {
   RISORIUS_CHECK(h.rows() == size_ && h.cols() == size_ && b.size() == size_ && upper.size() == size_ &&
                  x.size() == size_);
+  if (hessian == QpHessian::kNew) factor_holds_ = false;
   double largest = 1;
   for (int i = 0; i < size_; ++i) {
     largest = std::max(largest, std::abs(b[i]) / h(i, i));
@@ -72,7 +74,10 @@ bool BoundedQp::factor_free_set(const Problem& problem) noexcept {
     x_[i] = place_[i] == Place::kUpper ? problem.upper[i] : 0;
     if (place_[i] == Place::kFree) free_.push_back(i);
   }
-  return free_.empty() || free_set_.factor(problem.h, free_);
+  if (factor_holds_ && free_ == factored_) return true;
+  factored_ = free_;
+  factor_holds_ = free_set_.factor(problem.h, free_);
+  return factor_holds_;
 }
 
 /// x_ becomes the minimum over the free variables with the others at their bounds; gradient_ belongs to it.

@@ -20,6 +20,9 @@ enum class QpStatus : std::uint8_t { kConverged, kIterationLimit, kNotPositiveDe
 /// kPrediction leaves Ceres out: for the steps of an outer iteration whose last one is exact.
 enum class QpEffort : std::uint8_t { kExact, kPrediction };
 
+/// kSame promises the very matrix of the last call, which spares its factor where the free set stays.
+enum class QpHessian : std::uint8_t { kNew, kSame };
+
 struct QpResult {
   QpStatus status = QpStatus::kConverged;
   double kkt_residual = 0;     ///< || x - clip(x - D^-1 g, 0, upper) ||_inf at the returned x; D = diag(H), g = H x - b
@@ -35,7 +38,7 @@ class BoundedQp {
   /// `h` is K x K, both triangles filled, diagonal > 0; `upper` >= 0, and an upper bound of 0 fixes the variable at 0.
   /// `x` has K entries and is overwritten; it always lies within the bounds.
   QpResult solve(const Eigen::MatrixXd& h, const Eigen::VectorXd& b, const Eigen::VectorXd& upper, Eigen::VectorXd& x,
-                 QpEffort effort = QpEffort::kExact) noexcept;
+                 QpEffort effort = QpEffort::kExact, QpHessian hessian = QpHessian::kNew) noexcept;
 
   /// Variances of the last solution at unit noise: diag(H_FF^-1) for free variables; 1 / H_ii, which is conditional on
   /// all others, for variables at a bound.
@@ -76,7 +79,9 @@ class BoundedQp {
   int size_;
   FreeSetSolver free_set_;
   std::vector<Place> place_;
-  std::vector<int> free_;  // ascending; capacity K
+  std::vector<int> free_;      // ascending; capacity K
+  std::vector<int> factored_;  // the free set whose factor free_set_ holds; capacity K
+  bool factor_holds_ = false;
   std::vector<double> c_free_, x_free_;
   Eigen::VectorXd x_, gradient_, feasible_;
   bool force_fallback_ = false;

@@ -53,26 +53,25 @@ class Bucket {
   }
 
   bool factor(const Eigen::MatrixXd& h, std::span<const int> free) noexcept {
-    const int n = static_cast<int>(free.size());
-    scaled_.setIdentity();
-    for (int j = 0; j < n; ++j) {
+    size_ = static_cast<Eigen::Index>(free.size());
+    for (Eigen::Index j = 0; j < size_; ++j) {
       if (!(h(free[j], free[j]) > 0)) return false;
       scale_[j] = 1 / std::sqrt(h(free[j], free[j]));
     }
-    for (int j = 0; j < n; ++j) {
-      for (int i = j + 1; i < n; ++i) scaled_(i, j) = h(free[i], free[j]) * scale_[i] * scale_[j];
+    for (Eigen::Index j = 0; j < size_; ++j) {
+      lower_(j, j) = 1;
+      for (Eigen::Index i = j + 1; i < size_; ++i) lower_(i, j) = h(free[i], free[j]) * scale_[i] * scale_[j];
     }
-    llt_.compute(scaled_);
-    if (llt_.info() != Eigen::Success) return false;
-    residual_.upper = llt_.matrixU();
-    return true;
+    return factor_in_place();
   }
 
   void solve(std::span<const double> c, std::span<double> x) noexcept {
     const int n = static_cast<int>(c.size());
+    residual_.upper.setIdentity();
+    for (Eigen::Index j = 0; j < size_; ++j) residual_.upper.row(j).segment(j, size_ - j) = column(j).transpose();
     residual_.whitened_c.setZero();
     for (int i = 0; i < n; ++i) residual_.whitened_c[i] = scale_[i] * c[i];
-    llt_.matrixL().solveInPlace(residual_.whitened_c);
+    substitute_forward(residual_.whitened_c, 0);
     z_.setZero();
     solver_.Solve(residual_, &z_);
     for (int i = 0; i < n; ++i) x[i] = scale_[i] * z_[i];
@@ -80,17 +79,22 @@ class Bucket {
 
   void predict(std::span<const double> c, std::span<double> x) noexcept {
     const int n = static_cast<int>(c.size());
-    z_.setZero();
     for (int i = 0; i < n; ++i) z_[i] = scale_[i] * c[i];
-    llt_.solveInPlace(z_);
+    substitute_forward(z_, 0);
+    for (Eigen::Index j = size_ - 1; j >= 0; --j) {
+      const Eigen::Index below = size_ - j - 1;
+      z_[j] = (z_[j] - column(j).tail(below).dot(z_.segment(j + 1, below))) / lower_(j, j);
+    }
     for (int i = 0; i < n; ++i) x[i] = scale_[i] * z_[i];
   }
 
-  void inverse_diagonal(std::span<double> diagonal) const noexcept {
-    Matrix inverse_l = Matrix::Identity();
-    llt_.matrixL().solveInPlace(inverse_l);
-    for (int i = 0; i < static_cast<int>(diagonal.size()); ++i) {
-      diagonal[i] = scale_[i] * scale_[i] * inverse_l.col(i).squaredNorm();
+  /// Column by column of L^-1, each of which begins at its own row.
+  void inverse_diagonal(std::span<double> diagonal) noexcept {
+    for (Eigen::Index j = 0; j < size_; ++j) {
+      z_.segment(j, size_ - j).setZero();
+      z_[j] = 1;
+      substitute_forward(z_, j);
+      diagonal[static_cast<std::size_t>(j)] = scale_[j] * scale_[j] * z_.segment(j, size_ - j).squaredNorm();
     }
   }
 
@@ -99,10 +103,32 @@ class Bucket {
   using Vector = typename Residual::Vector;
   using Matrix = typename Residual::Matrix;
 
-  Matrix scaled_ = Matrix::Identity();
+  auto column(Eigen::Index j) noexcept { return lower_.col(j).segment(j, size_ - j); }
+
+  /// Cholesky, by columns, of the leading size_ x size_ part: the free set is small, and a blocked or padded
+  /// factorisation would spend its time on packing and on zeros. False if a pivot is not positive.
+  bool factor_in_place() noexcept {
+    for (Eigen::Index j = 0; j < size_; ++j) {
+      for (Eigen::Index k = 0; k < j; ++k) column(j) -= lower_(j, k) * lower_.col(k).segment(j, size_ - j);
+      if (!(lower_(j, j) > 0)) return false;
+      column(j) /= std::sqrt(lower_(j, j));
+    }
+    return true;
+  }
+
+  /// z becomes L^-1 z, where its entries before `first` are zero.
+  void substitute_forward(Vector& z, Eigen::Index first) noexcept {
+    for (Eigen::Index j = first; j < size_; ++j) {
+      const Eigen::Index below = size_ - j - 1;
+      z[j] /= lower_(j, j);
+      z.segment(j + 1, below) -= z[j] * column(j).tail(below);
+    }
+  }
+
+  Eigen::Index size_ = 0;              // of the free set; everything beyond is padding
+  Matrix lower_ = Matrix::Identity();  // L; above the diagonal nothing is meant
   Vector scale_ = Vector::Ones();
   Vector z_ = Vector::Zero();
-  Eigen::LLT<Matrix> llt_;
   Residual residual_;
   ceres::TinySolver<Residual, Eigen::LLT<Matrix>> solver_;
 };
@@ -170,7 +196,7 @@ void FreeSetSolver::predict(std::span<const double> c, std::span<double> x) noex
   buckets_->with_current([&](auto& bucket) { bucket.predict(c, x); });
 }
 
-void FreeSetSolver::inverse_diagonal(std::span<double> diagonal) const noexcept {
+void FreeSetSolver::inverse_diagonal(std::span<double> diagonal) noexcept {
   RISORIUS_CHECK(diagonal.size() == buckets_->free_count);
   if (diagonal.empty()) return;
   buckets_->with_current([&](auto& bucket) { bucket.inverse_diagonal(diagonal); });

@@ -31,7 +31,7 @@ class FreeSetSolver {
   void predict(std::span<const double> c, std::span<double> x) noexcept;
 
   /// diag(H_FF^-1) of the last factor.
-  void inverse_diagonal(std::span<double> diagonal) const noexcept;
+  void inverse_diagonal(std::span<double> diagonal) noexcept;
 
  private:
   struct Buckets;

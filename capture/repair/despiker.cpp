@@ -49,6 +49,7 @@ void Despiker::use_marker_set(const MarkerSet& set) {
   if (const auto problems = problems_of(set); !problems.empty()) {
     throw UserError(fmt::format("marker set {}", set.id), problems.front(), "correct the sender's marker set");
   }
+  settle();
   const std::vector<int> old_index = index_map(set_.names, set.names);
   head_.use_names(set.names);
   statistics_.remap(old_index);
@@ -65,6 +66,7 @@ void Despiker::use_marker_set(const MarkerSet& set) {
 }
 
 void Despiker::reset() noexcept {
+  is_settled_ = true;
   head_.reset();
   statistics_.reset();
   std::fill(tracks_.begin(), tracks_.end(), Track{});
@@ -77,6 +79,7 @@ void Despiker::reset() noexcept {
 
 bool Despiker::push(const MarkerFrame& frame) noexcept {
   if (has_waiting_) return false;
+  settle();
   ledger_.received.add();
   if (frame.count != set_.names.size()) {
     ledger_.refused.add();
@@ -126,9 +129,9 @@ void Despiker::process_displacement(MarkerFrame& frame) noexcept {
 }
 
 void Despiker::process(MarkerFrame& frame) noexcept {
-  const double step_s = clock_.advance(frame.header.capture_time_ns);
+  step_s_ = clock_.advance(frame.header.capture_time_ns);
   const bool determined = head_.process(frame);
-  for (Track& track : tracks_) track.unseen_s += step_s;
+  for (Track& track : tracks_) track.unseen_s += step_s_;
   for (std::size_t i = 0; i < frame.count; ++i) {
     const bool measured = frame.state[i] == MarkerState::kMeasured;
     if (measured && !head_.measured()[i]) reject(frame, i, RejectReason::kNotFinite);
@@ -137,9 +140,18 @@ void Despiker::process(MarkerFrame& frame) noexcept {
   statistics_.observe(head_.position_head_mm(), head_.measured());
   find_false_markers();
   take_back_plausible();
-  accept_or_reject(frame, step_s);
-  head_.learn(step_s, trusted_);
-  statistics_.learn(step_s);
+  accept_or_reject(frame);
+  is_settled_ = false;
+}
+
+void Despiker::settle() noexcept {
+  if (is_settled_) return;
+  is_settled_ = true;
+  for (std::size_t i = 0; i < tracks_.size(); ++i) {
+    if (trusted_[i]) learn(i);
+  }
+  head_.learn(step_s_, trusted_);
+  statistics_.learn(step_s_);
   if (frames_to_renewal_-- == 0) {
     neighbours_.renew(statistics_);
     frames_to_renewal_ = kRenewNeighboursFrames;
@@ -212,12 +224,12 @@ void Despiker::take_back_plausible() noexcept {
   if (changed) statistics_.update();
 }
 
-void Despiker::accept_or_reject(MarkerFrame& frame, double step_s) noexcept {
+void Despiker::accept_or_reject(MarkerFrame& frame) noexcept {
   bool changed = false;
   for (std::size_t i = 0; i < tracks_.size(); ++i) {
     trusted_[i] = 0;
     if (!head_.measured()[i]) continue;
-    if (!statistics_.visible(i) && relabelled(i, step_s)) {
+    if (!statistics_.visible(i) && relabelled(i)) {
       tracks_[i].started = false;
       statistics_.unhide(i);
       changed = true;
@@ -226,20 +238,16 @@ void Despiker::accept_or_reject(MarkerFrame& frame, double step_s) noexcept {
   }
   if (changed) statistics_.update();
   for (std::size_t i = 0; i < tracks_.size(); ++i) {
-    if (trusted_[i]) {
-      learn(i);
-    } else if (head_.measured()[i]) {
-      reject(frame, i, reason_of(i));
-    }
+    if (!trusted_[i] && head_.measured()[i]) reject(frame, i, reason_of(i));
   }
 }
 
 /// Whether a rejected marker has stayed where it is, moving as a marker may, for long enough.
-bool Despiker::relabelled(std::size_t i, double step_s) noexcept {
+bool Despiker::relabelled(std::size_t i) noexcept {
   Track& track = tracks_[i];
   const Eigen::Vector3d position = head_.position_head_mm()[i];
-  const bool steady = (position - track.rejected_mm).norm() <= options_.max_speed_mm_s * step_s + kSpeedSlackMm;
-  track.stayed_s = steady ? track.stayed_s + step_s : step_s;
+  const bool steady = (position - track.rejected_mm).norm() <= options_.max_speed_mm_s * step_s_ + kSpeedSlackMm;
+  track.stayed_s = steady ? track.stayed_s + step_s_ : step_s_;
   track.rejected_mm = position;
   return track.stayed_s * 1e9 > static_cast<double>(options_.accept_after_ns);
 }

@@ -47,6 +47,8 @@ class Despiker {
   /// A frame whose count is not the set's is consumed and refused. False only while a frame waits to be popped.
   bool push(const MarkerFrame& frame) noexcept;
   bool pop(MarkerFrame& frame) noexcept;
+  /// Learns from the frame last pushed (capture/stage.h).
+  void settle() noexcept;
   void tick(Tick) noexcept {}
   /// Nothing is delayed here: what was pushed can be popped at once, before and after a flush.
   void flush() noexcept {}
@@ -73,8 +75,8 @@ class Despiker {
   void process_displacement(MarkerFrame& frame) noexcept;
   void find_false_markers() noexcept;
   void take_back_plausible() noexcept;
-  void accept_or_reject(MarkerFrame& frame, double step_s) noexcept;
-  bool relabelled(std::size_t i, double step_s) noexcept;
+  void accept_or_reject(MarkerFrame& frame) noexcept;
+  bool relabelled(std::size_t i) noexcept;
   void learn(std::size_t i) noexcept;
   Eigen::Vector3d stray_mm(std::size_t i) const noexcept;
   double allowed_mm(std::size_t i) const noexcept;
@@ -91,6 +93,8 @@ class Despiker {
   std::vector<Track> tracks_;
   std::vector<std::uint8_t> trusted_;
   FrameClock clock_;
+  double step_s_ = 0;       ///< from the frame before the one last pushed
+  bool is_settled_ = true;  ///< the frame last pushed has been learnt from
   std::uint32_t frames_to_renewal_ = 0;
   MarkerFrame waiting_;
   bool has_waiting_ = false;

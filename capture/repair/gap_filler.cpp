@@ -23,6 +23,7 @@ void GapFiller::use_marker_set(const MarkerSet& set) {
   if (const auto problems = problems_of(set); !problems.empty()) {
     throw UserError(fmt::format("marker set {}", set.id), problems.front(), "correct the sender's marker set");
   }
+  settle();
   const std::vector<int> old_index = index_map(set_.names, set.names);
   head_.use_names(set.names);
   statistics_.remap(old_index);
@@ -37,6 +38,7 @@ void GapFiller::use_marker_set(const MarkerSet& set) {
 }
 
 void GapFiller::reset() noexcept {
+  is_settled_ = true;
   head_.reset();
   statistics_.reset();
   residuals_.reset();
@@ -49,6 +51,7 @@ void GapFiller::reset() noexcept {
 
 bool GapFiller::push(const MarkerFrame& frame) noexcept {
   if (has_waiting_) return false;
+  settle();
   ledger_.received.add();
   if (frame.count != set_.names.size()) {
     ledger_.refused.add();
@@ -71,21 +74,20 @@ bool GapFiller::pop(MarkerFrame& frame) noexcept {
 }
 
 void GapFiller::process(MarkerFrame& frame) noexcept {
-  const double step_s = clock_.advance(frame.header.capture_time_ns);
+  step_s_ = clock_.advance(frame.header.capture_time_ns);
   const bool determined = head_.process(frame);
   const auto& measured = head_.measured();
   const bool low_rank = options_.method == FillMethod::kLowRank;
   // A pose that is not determined, or few visible markers, say too little of the face: the last frame's word is held.
-  const bool informed = determined && low_rank && 3 * std::count(measured.begin(), measured.end(), 1) >= frame.count;
-  if (low_rank) residuals_.begin_frame(step_s);
-  if (informed) statistics_.observe(head_.position_head_mm(), measured);
+  is_informed_ = determined && low_rank && 3 * std::count(measured.begin(), measured.end(), 1) >= frame.count;
+  if (low_rank) residuals_.begin_frame(step_s_);
+  if (is_informed_) statistics_.observe(head_.position_head_mm(), measured);
   for (std::size_t i = 0; i < frame.count; ++i) {
     if (!measured[i] || !determined) {
-      held_[i].miss(step_s);
+      held_[i].miss(step_s_);
       continue;
     }
-    if (informed) residuals_.observe(i, statistics_.residual_mm(i), statistics_.variance_mm2(i));
-    held_[i].observe(head_.position_head_mm()[i], step_s);
+    held_[i].observe(head_.position_head_mm()[i], step_s_);
   }
   for (std::size_t i = 0; i < frame.count; ++i) {
     if (measured[i]) continue;
@@ -95,8 +97,18 @@ void GapFiller::process(MarkerFrame& frame) noexcept {
     }
     fill(frame, i);
   }
-  head_.learn(step_s, measured);
-  if (informed) statistics_.learn(step_s);
+  is_settled_ = false;
+}
+
+void GapFiller::settle() noexcept {
+  if (is_settled_) return;
+  is_settled_ = true;
+  const auto& measured = head_.measured();
+  for (std::size_t i = 0; is_informed_ && i < measured.size(); ++i) {
+    if (measured[i]) residuals_.observe(i, statistics_.residual_mm(i), statistics_.variance_mm2(i));
+  }
+  head_.learn(step_s_, measured);
+  if (is_informed_) statistics_.learn(step_s_);
 }
 
 GapFiller::Fill GapFiller::estimate(std::size_t i) const noexcept {

@@ -43,6 +43,8 @@ class GapFiller {
   /// A frame whose count is not the set's is consumed and refused. False only while a frame waits to be popped.
   bool push(const MarkerFrame& frame) noexcept;
   bool pop(MarkerFrame& frame) noexcept;
+  /// Learns from the frame last pushed (capture/stage.h).
+  void settle() noexcept;
   void tick(Tick) noexcept {}
   /// Nothing is delayed here: what was pushed can be popped at once, before and after a flush.
   void flush() noexcept {}
@@ -69,6 +71,9 @@ class GapFiller {
   ResidualMemory residuals_;
   std::vector<HeldMarker> held_;
   FrameClock clock_;
+  double step_s_ = 0;         ///< from the frame before the one last pushed
+  bool is_informed_ = false;  ///< the frame last pushed showed enough of the face to learn from
+  bool is_settled_ = true;    ///< the frame last pushed has been learnt from
   MarkerFrame waiting_;
   bool has_waiting_ = false;
   StageLedger ledger_;

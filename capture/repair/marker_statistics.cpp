@@ -19,6 +19,9 @@ constexpr double kNoisePriorSamples = 10;
 constexpr double kNoiseMemorySamples = 50;
 /// A leap of the tracker's clock must not make the model forget everything.
 constexpr double kLongestFrameS = 1.0;
+/// One marker's coming or going costs a fifth of conditioning afresh.
+constexpr int kMostChangesAtOnce = 4;
+constexpr int kChangesInARow = 64;
 
 double require_positive(const char* name, double value) {
   if (value > 0 && std::isfinite(value)) return value;
@@ -47,19 +50,25 @@ MarkerStatistics::Marker MarkerStatistics::unseen_marker() noexcept {
 
 void MarkerStatistics::remap(const std::vector<int>& old_index) {
   std::vector<Marker> mapped(old_index.size(), unseen_marker());
+  Loadings loadings = Loadings::Zero(kRank, static_cast<Eigen::Index>(3 * old_index.size()));
   for (std::size_t i = 0; i < old_index.size(); ++i) {
-    if (old_index[i] >= 0) mapped[i] = markers_[static_cast<std::size_t>(old_index[i])];
+    if (old_index[i] < 0) continue;
+    const auto old = static_cast<std::size_t>(old_index[i]);
+    mapped[i] = markers_[old];
+    loadings.middleCols<3>(static_cast<Eigen::Index>(3 * i)) = loading(old);
   }
   markers_ = std::move(mapped);
-  precision_valid_ = false;
+  loadings_mm_ = std::move(loadings);
+  merged_mm_.setZero(kMerged, loadings_mm_.cols());
+  changes_until_afresh_ = 0;
 }
 
 void MarkerStatistics::reset() noexcept {
   std::fill(markers_.begin(), markers_.end(), unseen_marker());
-  precision_.setIdentity();
+  loadings_mm_.setZero();
   covariance_.setIdentity();
   latent_.setZero();
-  precision_valid_ = false;
+  changes_until_afresh_ = 0;
   block_size_ = 0;
   block_s_ = since_learnt_s_ = window_ = 0;
 }
@@ -76,62 +85,94 @@ void MarkerStatistics::observe(const std::vector<Eigen::Vector3d>& position_head
 }
 
 void MarkerStatistics::update() noexcept {
-  condition_precision();
+  condition();
   Latent information = Latent::Zero();
-  for (const Marker& marker : markers_) {
+  for (std::size_t i = 0; i < markers_.size(); ++i) {
+    const Marker& marker = markers_[i];
     if (!marker.visible) continue;
-    information += marker.loading * ((marker.position_mm - marker.mean_mm) / marker.noise_mm2);
+    const Eigen::Vector3d scaled = (marker.position_mm - marker.mean_mm) / marker.noise_mm2;
+    information += loading(i).lazyProduct(scaled);
   }
-  latent_.noalias() = covariance_ * information;
-  for (Marker& marker : markers_) {
+  latent_ = covariance_.lazyProduct(information);
+  for (std::size_t i = 0; i < markers_.size(); ++i) {
+    Marker& marker = markers_[i];
     if (!marker.visible) continue;
-    const Eigen::Vector3d in_sample = marker.position_mm - marker.mean_mm - marker.loading.transpose() * latent_;
+    const Eigen::Vector3d in_sample = marker.position_mm - marker.mean_mm - explained_mm(i);
     marker.residual_mm.noalias() = marker.loo_gain * in_sample;
   }
 }
 
-void MarkerStatistics::add_to_precision(const Marker& marker, double sign) noexcept {
-  precision_.noalias() += (sign / marker.noise_mm2) * marker.loading * marker.loading.transpose();
+/// Markers that came or went are worked in one by one. After each merge, after many changes at once and after many in
+/// a row all is made anew, so that rounding cannot pile up.
+void MarkerStatistics::condition() noexcept {
+  int changed = 0;
+  for (const Marker& marker : markers_) changed += marker.conditioned != marker.visible;
+  if (changes_until_afresh_ == 0 || changed > std::min(kMostChangesAtOnce, changes_until_afresh_)) {
+    condition_afresh();
+    return;
+  }
+  if (changed == 0) return;
+  for (std::size_t i = 0; i < markers_.size(); ++i) {
+    if (markers_[i].conditioned != markers_[i].visible) condition_on_change(i);
+  }
+  for (Marker& marker : markers_) derive_gain(marker);
 }
 
-/// Adds and removes only the markers that came and went; starts afresh after each merge, so that rounding cannot pile
-/// up.
-void MarkerStatistics::condition_precision() noexcept {
-  bool changed = !precision_valid_;
-  if (!precision_valid_) {
-    precision_.setIdentity();
-    for (Marker& marker : markers_) {
-      marker.conditioned = 0;
-      marker.noise_mm2 = options_.model_doubt * marker.learnt_noise_mm2;
-    }
-  }
-  for (Marker& marker : markers_) {
-    if (marker.conditioned == marker.visible) continue;
-    add_to_precision(marker, marker.visible ? 1.0 : -1.0);
+void MarkerStatistics::condition_afresh() noexcept {
+  LatentSquare precision = LatentSquare::Identity();
+  for (std::size_t i = 0; i < markers_.size(); ++i) {
+    Marker& marker = markers_[i];
+    if (changes_until_afresh_ == 0) marker.noise_mm2 = options_.model_doubt * marker.learnt_noise_mm2;
     marker.conditioned = marker.visible;
-    changed = true;
+    if (!marker.visible) continue;
+    const Eigen::Matrix<double, kRank, 3> scaled = loading(i) / marker.noise_mm2;
+    precision += scaled.lazyProduct(loading(i).transpose());
   }
-  precision_valid_ = true;
-  if (!changed) return;
-  covariance_ = precision_.llt().solve(LatentSquare::Identity());
-  for (Marker& marker : markers_) {
-    const Loading carried = covariance_ * marker.loading;
-    marker.spread_mm2.noalias() = marker.loading.transpose() * carried;
-    if (marker.visible) {
-      // residual_loo = (I - S / noise)^-1 residual, cov_loo = noise (I - S / noise)^-1, S = W_i cov(z) W_i^T
-      marker.loo_gain = (Eigen::Matrix3d::Identity() - marker.spread_mm2 / marker.noise_mm2).inverse();
-      marker.variance_mm2 = marker.noise_mm2 * marker.loo_gain.trace() / 3;
-    } else {
-      marker.loo_gain.setIdentity();
-      marker.variance_mm2 = marker.noise_mm2 + marker.spread_mm2.trace() / 3;
-    }
+  LatentSquare whitener = LatentSquare::Identity();
+  precision.llt().matrixL().solveInPlace(whitener);
+  covariance_ = whitener.transpose().lazyProduct(whitener);
+  for (std::size_t i = 0; i < markers_.size(); ++i) {
+    const Eigen::Matrix<double, kRank, 3> whitened = whitener.lazyProduct(loading(i));
+    markers_[i].spread_mm2 = whitened.transpose().lazyProduct(whitened);
+    derive_gain(markers_[i]);
+  }
+  changes_until_afresh_ = kChangesInARow;
+}
+
+/// Woodbury: with U = cov(z) W_i^T, cov(z) changes by -U (noise I + S_i)^-1 U^T where marker i comes, and by
+/// +U (noise I - S_i)^-1 U^T where it goes.
+void MarkerStatistics::condition_on_change(std::size_t i) noexcept {
+  Marker& changed = markers_[i];
+  const double sign = changed.visible ? 1.0 : -1.0;
+  const Eigen::Matrix<double, kRank, 3> u = covariance_.lazyProduct(loading(i));
+  const Eigen::Matrix3d inner =
+      sign * (changed.noise_mm2 * Eigen::Matrix3d::Identity() + sign * changed.spread_mm2).inverse();
+  for (std::size_t j = 0; j < markers_.size(); ++j) {
+    const Eigen::Matrix3d reach = loading(j).transpose().lazyProduct(u);
+    const Eigen::Matrix3d weighed = reach.lazyProduct(inner);
+    markers_[j].spread_mm2 -= weighed.lazyProduct(reach.transpose());
+  }
+  const Eigen::Matrix<double, kRank, 3> weighed = u.lazyProduct(inner);
+  covariance_ -= weighed.lazyProduct(u.transpose());
+  changed.conditioned = changed.visible;
+  --changes_until_afresh_;
+}
+
+/// residual_loo = (I - S / noise)^-1 residual, cov_loo = noise (I - S / noise)^-1, S = W_i cov(z) W_i^T
+void MarkerStatistics::derive_gain(Marker& marker) const noexcept {
+  if (marker.visible) {
+    marker.loo_gain = (Eigen::Matrix3d::Identity() - marker.spread_mm2 / marker.noise_mm2).inverse();
+    marker.variance_mm2 = marker.noise_mm2 * marker.loo_gain.trace() / 3;
+  } else {
+    marker.loo_gain.setIdentity();
+    marker.variance_mm2 = marker.noise_mm2 + marker.spread_mm2.trace() / 3;
   }
 }
 
 Eigen::Vector3d MarkerStatistics::prediction_mm(std::size_t i) const noexcept {
   const Marker& marker = markers_[i];
   if (marker.visible) return marker.position_mm - marker.residual_mm;
-  return marker.mean_mm + marker.loading.transpose() * latent_;
+  return marker.mean_mm + explained_mm(i);
 }
 
 /// A frame in which most markers are hidden would mostly teach what was predicted.
@@ -151,8 +192,9 @@ void MarkerStatistics::learn(double step_s) noexcept {
   since_learnt_s_ = 0;
   if (!informative()) return;
   const auto slot = static_cast<std::size_t>(block_size_);
-  for (Marker& marker : markers_) {
-    const Eigen::Vector3d explained = marker.loading.transpose() * latent_;
+  for (std::size_t i = 0; i < markers_.size(); ++i) {
+    Marker& marker = markers_[i];
+    const Eigen::Vector3d explained = explained_mm(i);
     marker.block_measured[slot] = marker.visible;
     marker.block_mm[slot] = explained;
     if (!marker.visible) continue;
@@ -163,7 +205,9 @@ void MarkerStatistics::learn(double step_s) noexcept {
                                        options_.noise_floor_mm * options_.noise_floor_mm);
     if (marker.samples == 0) marker.samples = 1;
   }
-  if (++block_size_ == kBlock) merge_block();
+  if (++block_size_ < kBlock) return;
+  merge_block();
+  condition();  // now, not when the next frame waits
 }
 
 /// Centres the marker's block on its own mean, moves the marker's mean, and keeps the shift for the merge.
@@ -187,33 +231,34 @@ void MarkerStatistics::centre_block(Marker& marker) noexcept {
   marker.shift_mm = std::sqrt(before * measured / marker.samples) * shift;
 }
 
-/// The marker's three rows of D = [ W sqrt(window) | block - block mean | weighted shift of the mean ], transposed.
-Eigen::Matrix<double, MarkerStatistics::kMerged, 3> MarkerStatistics::merged_rows(const Marker& marker) const noexcept {
-  Eigen::Matrix<double, kMerged, 3> rows;
-  rows.topRows<kRank>() = std::sqrt(window_) * marker.loading;
-  for (int k = 0; k < kBlock; ++k) {
-    rows.row(kRank + k) = marker.block_mm[static_cast<std::size_t>(k)].transpose();
+/// D^T = [ W sqrt(window) | block - block mean | weighted shift of the mean ]^T, three columns per marker.
+void MarkerStatistics::gather_merged() noexcept {
+  merged_mm_.topRows<kRank>() = std::sqrt(window_) * loadings_mm_;
+  for (std::size_t i = 0; i < markers_.size(); ++i) {
+    const auto column = static_cast<Eigen::Index>(3 * i);
+    for (int k = 0; k < kBlock; ++k) {
+      merged_mm_.block<1, 3>(kRank + k, column) = markers_[i].block_mm[static_cast<std::size_t>(k)].transpose();
+    }
+    merged_mm_.block<1, 3>(kMerged - 1, column) = markers_[i].shift_mm.transpose();
   }
-  rows.row(kMerged - 1) = marker.shift_mm.transpose();
-  return rows;
 }
 
 /// With D = U S V^T the new W is U S = D V, leading columns, over the square root of the window.
 void MarkerStatistics::merge_block() noexcept {
   const double keep = std::exp(-block_s_ / options_.memory_s);
   window_ *= keep;
-  using Square = Eigen::Matrix<double, kMerged, kMerged>;
-  Square gram = Square::Zero();
   for (Marker& marker : markers_) {
     marker.samples *= keep;
     centre_block(marker);
-    const auto rows = merged_rows(marker);
-    gram.noalias() += rows * rows.transpose();
   }
+  gather_merged();
+  using Square = Eigen::Matrix<double, kMerged, kMerged>;
+  Square gram;
+  gram.noalias() = merged_mm_ * merged_mm_.transpose();
   const Eigen::SelfAdjointEigenSolver<Square> eigen(gram);
   const Eigen::Matrix<double, kMerged, kRank> leading = eigen.eigenvectors().rightCols<kRank>();
   const double scale = 1 / std::sqrt(window_ + kBlock);
-  for (Marker& marker : markers_) marker.loading = scale * leading.transpose() * merged_rows(marker);
+  loadings_mm_.noalias() = (scale * leading).transpose() * merged_mm_;
 
   // The directions have turned; the latent state turns with them: W_new z_new = W_old z_old.
   const Latent turned = leading.topRows<kRank>().transpose() * latent_;
@@ -221,7 +266,7 @@ void MarkerStatistics::merge_block() noexcept {
   window_ += kBlock;
   block_size_ = 0;
   block_s_ = 0;
-  precision_valid_ = false;
+  changes_until_afresh_ = 0;
 }
 
 }  // namespace risorius

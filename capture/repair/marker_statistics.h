@@ -59,11 +59,10 @@ class MarkerStatistics {
  private:
   using Latent = Eigen::Matrix<double, kRank, 1>;
   using LatentSquare = Eigen::Matrix<double, kRank, kRank>;
-  using Loading = Eigen::Matrix<double, kRank, 3>;
   static constexpr int kMerged = kRank + kBlock + 1;
+  using Loadings = Eigen::Matrix<double, kRank, Eigen::Dynamic>;
 
   struct Marker {
-    Loading loading = Loading::Zero();                       ///< its three columns of W^T (mm)
     Eigen::Matrix3d loo_gain = Eigen::Matrix3d::Identity();  ///< from in-sample to leave-one-out residual
     Eigen::Matrix3d spread_mm2 = Eigen::Matrix3d::Zero();    ///< W_i cov(z) W_i^T
     Eigen::Vector3d mean_mm = Eigen::Vector3d::Zero();
@@ -75,24 +74,30 @@ class MarkerStatistics {
     Eigen::Vector3d shift_mm = Eigen::Vector3d::Zero();  ///< of the mean by the block at hand, weighted
     double samples = 0;                                  ///< forgotten exponentially
     std::uint8_t visible = 0;
-    std::uint8_t conditioned = 0;                  ///< is part of precision_
+    std::uint8_t conditioned = 0;                  ///< was visible to covariance_
     std::array<Eigen::Vector3d, kBlock> block_mm;  ///< deviations from the mean, waiting to be merged
     std::array<std::uint8_t, kBlock> block_measured{};
   };
 
   static Marker unseen_marker() noexcept;
-  void add_to_precision(const Marker& marker, double sign) noexcept;
-  void condition_precision() noexcept;
+  auto loading(std::size_t i) const noexcept { return loadings_mm_.middleCols<3>(static_cast<Eigen::Index>(3 * i)); }
+  Eigen::Vector3d explained_mm(std::size_t i) const noexcept { return loading(i).transpose().lazyProduct(latent_); }
+  void condition() noexcept;
+  void condition_afresh() noexcept;
+  void condition_on_change(std::size_t i) noexcept;
+  void derive_gain(Marker& marker) const noexcept;
   bool informative() const noexcept;
   void merge_block() noexcept;
   static void centre_block(Marker& marker) noexcept;
-  Eigen::Matrix<double, kMerged, 3> merged_rows(const Marker& marker) const noexcept;
+  void gather_merged() noexcept;
 
   MarkerStatisticsOptions options_;
   std::vector<Marker> markers_;
-  LatentSquare precision_, covariance_;
+  Loadings loadings_mm_;                                      ///< W^T: three columns per marker
+  Eigen::Matrix<double, kMerged, Eigen::Dynamic> merged_mm_;  ///< of merge_block(): three columns per marker
+  LatentSquare covariance_;                                   ///< of z, given the visible markers
   Latent latent_ = Latent::Zero();
-  bool precision_valid_ = false;
+  int changes_until_afresh_ = 0;  ///< 0: covariance_ must be made anew
   int block_size_ = 0;
   double block_s_ = 0;
   double since_learnt_s_ = 0;

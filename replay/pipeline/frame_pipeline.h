@@ -54,6 +54,11 @@ class FramePipeline {
   /// A frame that is not of the set in use is consumed and counted as refused.
   bool push(const MarkerFrame& frame) noexcept;
   bool pop(SolvedFrame& out) noexcept;
+  /// What the last frame still has to teach, off its way: called after it was handed on, or by the next push.
+  void settle() noexcept {
+    despiker_.settle();
+    filler_.settle();
+  }
   /// At the end of a take: what the stages still hold can be popped.
   void flush() noexcept;
   /// Forgets the past; for a new take of the same names.
