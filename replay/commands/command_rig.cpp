@@ -7,11 +7,9 @@
 
 #include "capture/errors.h"
 #include "replay/commands/commands.h"
+#include "replay/commands/face_argument.h"
 #include "replay/commands/take_arguments.h"
 #include "replay/pipeline/neutral.h"
-#include "replay/progress_line.h"
-#include "solve/faces/builtin_face.h"
-#include "solve/faces/ict_face.h"
 #include "solve/faces/landmark_map.h"
 #include "solve/faces/rig_fit.h"
 
@@ -22,18 +20,6 @@ struct FitArguments {
   std::string face = "builtin", neutral, landmarks, output, name;
   TakeArguments take;
 };
-
-FaceModel load_face(const std::string& name) {
-  if (name == "builtin") return builtin_face();
-  ProgressLine progress("reading the face", "files");
-  std::uint64_t files = 0;
-  FaceModel face = load_ict_face(name, [&](std::size_t done, std::size_t of) {
-    files = of;
-    progress.show(done, of);
-  });
-  progress.finish(files);
-  return face;
-}
 
 /// Without a range the whole take is the neutral.
 std::uint64_t last_frame_of(TakeReader& take, const TakeRange& range) {
@@ -74,7 +60,7 @@ void fit(const FitArguments& arguments) {
   const auto take = open_take_or_builtin(range.path.string(), arguments.take.options());
   print_warnings(*take);
   const Neutral neutral = neutral_of(*take, range.first.value_or(0), last_frame_of(*take, range));
-  const FaceModel face = load_face(arguments.face);
+  const FaceModel face = face_of_argument(arguments.face);
   RigFitResult result = fit_rig(face, neutral.marker_names, neutral.position_mm, map);
   const std::string face_name = std::filesystem::path(arguments.face).lexically_normal().filename().string();
   result.rig.name = arguments.name.empty() ? std::filesystem::path(arguments.output).stem().string() : arguments.name;
@@ -100,12 +86,13 @@ void add_rig_command(CLI::App& app) {
       ->required();
   command
       ->add_option("--landmarks", arguments->landmarks,
-                   "which marker sits on which landmark: iemocap55, animface41, or a JSON file")
+                   "which marker sits on which landmark: iemocap55, animface41, bu4dfe83, ibug68, or a JSON file")
       ->required();
   command->add_option("-o,--output", arguments->output, "rig file to write (JSON)")->required();
   command->add_option("--name", arguments->name, "the rig's name (default: from the file name)");
   arguments->take.add_to(*command);
   command->callback([arguments] { fit(*arguments); });
+  add_rig_show_command(*rig);
 }
 
 }  // namespace risorius

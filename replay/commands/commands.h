@@ -13,6 +13,8 @@ namespace risorius {
 /// Adds the subcommand; its callback does the work and throws UserError. `exit_code` is what main returns.
 void add_replay_command(CLI::App& app);
 void add_rig_command(CLI::App& app);
+/// Part of `risorius rig`.
+void add_rig_show_command(CLI::App& rig);
 void add_dataset_command(CLI::App& app);
 void add_watch_command(CLI::App& app);
 void add_control_command(CLI::App& app);

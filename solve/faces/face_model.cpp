@@ -30,6 +30,7 @@ FaceParts checked(FaceParts parts) {
   if (parts.skin_triangle_count < 1 || parts.skin_triangle_count > parts.triangles.cols()) {
     refuse(parts, "skin_triangle_count must be 1 to " + std::to_string(parts.triangles.cols()));
   }
+  if (parts.colours.cols() != 0 && parts.colours.cols() != vertex_count) refuse(parts, "has not one colour per vertex");
   std::set<std::string> names;
   for (const FaceAu& au : parts.aus) {
     if (!names.insert(au.name).second) refuse(parts, au.name + " is there twice");

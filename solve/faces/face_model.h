@@ -18,6 +18,7 @@ struct FaceAu {
   std::string name;
   Eigen::Matrix3Xd displacement_mm;  ///< 3 x V, at intensity 1
   double upper_bound = 1.2;
+  bool in_rigs = true;  ///< false: markers cannot tell it from a mixture of others; rigs leave it out
 };
 
 struct NamedPlace {
@@ -32,6 +33,7 @@ struct FaceParts {
   Eigen::Matrix3Xi triangles;    ///< 3 x F, counter-clockwise seen from outside
   int skin_triangle_count =
       0;  ///< the first so many triangles are skin, where markers can sit; the rest eyes, teeth, ...
+  Eigen::Matrix3Xd colours;  ///< for pictures: 3 x V, sRGB 0 to 1; or 3 x 0: skin all over
   std::vector<FaceAu> aus;
   std::map<std::string, SurfacePoint, std::less<>> landmarks;
   std::map<std::string, std::vector<NamedPlace>, std::less<>> layouts;
@@ -47,6 +49,7 @@ class FaceModel {
   const Eigen::Matrix3Xd& vertices_mm() const noexcept { return parts_.vertices_mm; }
   const Eigen::Matrix3Xi& triangles() const noexcept { return parts_.triangles; }
   int skin_triangle_count() const noexcept { return parts_.skin_triangle_count; }
+  const Eigen::Matrix3Xd& colours() const noexcept { return parts_.colours; }
   const std::vector<FaceAu>& aus() const noexcept { return parts_.aus; }
   /// Null where the face has none of this name.
   const FaceAu* find_au(std::string_view name) const noexcept;

@@ -23,7 +23,7 @@ struct LandmarkMap {
 LandmarkMap parse_landmark_map(std::string_view json, const std::string& place);
 LandmarkMap load_landmark_map(const std::filesystem::path& path);
 
-/// A map shipped with the program ("iemocap55", "animface41"), or a file. Throws UserError.
+/// A map shipped with the program ("iemocap55", "animface41", "bu4dfe83", "ibug68"), or a file. Throws UserError.
 LandmarkMap find_landmark_map(const std::string& name_or_path);
 
 }  // namespace risorius

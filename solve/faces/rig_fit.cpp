@@ -224,6 +224,7 @@ void transfer(const FaceModel& face, const Seen& seen, const Similarity& world_f
   }
   result.median_distance_mm = median_of(rig.fit_distance_mm);
   for (const FaceAu& shape : face.aus()) {
+    if (!shape.in_rigs) continue;
     RigAu au{shape.name, Eigen::Matrix3Xd(3, markers), shape.upper_bound};
     for (Eigen::Index m = 0; m < markers; ++m) {
       au.displacement_mm.col(m) =

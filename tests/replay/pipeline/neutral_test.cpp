@@ -128,7 +128,9 @@ TEST(Neutral, OfThePerformerFitsTheBuiltinFaceAgain) {
   const RigFitResult fit =
       fit_rig(builtin_face(), neutral.marker_names, neutral.position_mm, find_landmark_map("iemocap55"));
   EXPECT_NEAR(fit.scale, 1, 0.005);
-  EXPECT_LT((fit.rig.neutral_mm - rig.neutral_mm).colwise().norm().maxCoeff(), 0.5);  // noise 0.1 mm, median of 51
+  EXPECT_LT(
+      (fit.rig.neutral_mm - rig.neutral_mm).colwise().norm().maxCoeff(),
+      0.8);  // noise 0.1 mm, median of 51; closest points leave the head's pitch uncertain by a quarter of a degree
   ASSERT_EQ(fit.rig.au_count(), rig.au_count());
   for (std::size_t k = 0; k < rig.au_count(); ++k) {
     EXPECT_LT((fit.rig.aus[k].displacement_mm - rig.aus[k].displacement_mm).colwise().norm().maxCoeff(), 0.5)

@@ -2,6 +2,7 @@
 
 #include <fstream>
 #include <gtest/gtest.h>
+#include <stdexcept>
 
 #include "capture/errors.h"
 #include "solve/faces/builtin_face.h"
@@ -57,7 +58,7 @@ TEST(LandmarkMap, EveryTruncationIsAnError) {
 
 TEST(LandmarkMap, ShippedMapsNameOnlyLandmarksThatTheBuiltinFaceHas) {
   const FaceModel face = builtin_face();
-  ASSERT_EQ(shipped_landmark_maps().size(), 2u);
+  ASSERT_EQ(shipped_landmark_maps().size(), 4u);
   for (const ShippedMap& shipped : shipped_landmark_maps()) {
     const LandmarkMap map = find_landmark_map(std::string(shipped.name));
     EXPECT_EQ(map.name, shipped.name);
@@ -65,6 +66,19 @@ TEST(LandmarkMap, ShippedMapsNameOnlyLandmarksThatTheBuiltinFaceHas) {
     EXPECT_GE(map.stabiliser_weight.size(), 3u);
     for (const auto& [landmark, marker] : map.marker_of_landmark)
       EXPECT_NE(face.find_landmark(landmark), nullptr) << landmark;
+    // The map speaks of the built-in layout of its name, and puts its markers where the landmarks are.
+    const auto* layout = face.find_layout(map.name);
+    ASSERT_NE(layout, nullptr) << map.name;
+    const auto position_of = [&](const std::string& marker) {
+      for (const NamedPlace& place : *layout) {
+        if (place.name == marker) return face.position_mm(place.place);
+      }
+      throw std::runtime_error(marker);
+    };
+    for (const auto& [landmark, marker] : map.marker_of_landmark) {
+      EXPECT_LT((position_of(marker) - face.position_mm(*face.find_landmark(landmark))).norm(), 5) << marker;
+    }
+    for (const auto& [marker, weight] : map.stabiliser_weight) EXPECT_NO_THROW(position_of(marker));
   }
 }
 

@@ -1,0 +1,21 @@
+#include "replay/commands/face_argument.h"
+
+#include "replay/progress_line.h"
+#include "solve/faces/builtin_face.h"
+#include "solve/faces/ict_face.h"
+
+namespace risorius {
+
+FaceModel face_of_argument(const std::string& name_or_folder) {
+  if (name_or_folder == "builtin") return builtin_face();
+  ProgressLine progress("reading the face", "files");
+  std::uint64_t files = 0;
+  FaceModel face = load_ict_face(name_or_folder, [&](std::size_t done, std::size_t of) {
+    files = of;
+    progress.show(done, of);
+  });
+  progress.finish(files);
+  return face;
+}
+
+}  // namespace risorius

@@ -1,0 +1,209 @@
+#include "replay/picture/rig_pictures.h"
+
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+#include <string_view>
+#include <utility>
+
+#include "replay/picture/marker_surface.h"
+#include "solve/rigs/au_name.h"
+
+namespace risorius {
+namespace {
+
+constexpr Colour kPaper{0.95, 0.955, 0.965, 1}, kInk{0.13, 0.14, 0.17, 1}, kGrey{0.42, 0.44, 0.48, 1},
+    kMarker{1, 1, 1, 0.9}, kMarkerRim{0.10, 0.22, 0.45, 0.9}, kArrow{0.05, 0.25, 0.80, 1};
+constexpr double kThreeQuarterDegrees = -38;  // the subject's left cheek towards the viewer
+constexpr double kLeastArrowMm = 0.7;
+
+struct FacsName {
+  int number;
+  std::string_view name;
+};
+constexpr std::array kFacsNames = std::to_array<FacsName>({{1, "inner brow raiser"},
+                                                           {2, "outer brow raiser"},
+                                                           {4, "brow lowerer"},
+                                                           {5, "upper lid raiser"},
+                                                           {6, "cheek raiser"},
+                                                           {7, "lid tightener"},
+                                                           {9, "nose wrinkler"},
+                                                           {10, "upper lip raiser"},
+                                                           {11, "nasolabial deepener"},
+                                                           {12, "lip corner puller"},
+                                                           {13, "sharp lip puller"},
+                                                           {14, "dimpler"},
+                                                           {15, "lip corner depressor"},
+                                                           {16, "lower lip depressor"},
+                                                           {17, "chin raiser"},
+                                                           {18, "lip pucker"},
+                                                           {19, "tongue show"},
+                                                           {20, "lip stretcher"},
+                                                           {22, "lip funneler"},
+                                                           {23, "lip tightener"},
+                                                           {24, "lip pressor"},
+                                                           {25, "lips part"},
+                                                           {26, "jaw drop"},
+                                                           {27, "mouth stretch"},
+                                                           {28, "lip suck"},
+                                                           {29, "jaw thrust"},
+                                                           {30, "jaw sideways"},
+                                                           {34, "puff"},
+                                                           {43, "eye closure"},
+                                                           {45, "blink"}});
+constexpr int kJawSideways = 30;  // its sides are opposites, not halves
+
+const RigAu& column_of(const Rig& rig, const std::string& name) {
+  for (const RigAu& au : rig.aus) {
+    if (au.name == name) return au;
+  }
+  throw std::invalid_argument("RigPictures: the rig has no column " + name);
+}
+
+/// The scale at which the face's skin meets the markers best; both have the same origin and axes.
+double scale_between(const FaceModel& face, const Eigen::Matrix3Xd& markers_mm) {
+  double scale = 1;
+  constexpr int kSteps = 20;
+  for (int step = 0; step < kSteps; ++step) {
+    double marker_by_skin = 0, skin_by_skin = 0;
+    for (Eigen::Index m = 0; m < markers_mm.cols(); ++m) {
+      const Eigen::Vector3d skin = face.closest_skin_point(markers_mm.col(m) / scale).position_mm;
+      marker_by_skin += markers_mm.col(m).dot(skin);
+      skin_by_skin += skin.squaredNorm();
+    }
+    scale = std::clamp(marker_by_skin / skin_by_skin, 0.2, 5.0);
+  }
+  return scale;
+}
+
+std::string title_of(const std::vector<std::string>& columns) {
+  if (columns.empty()) return "neutral";
+  std::string names, description = facs_name(columns.front());
+  for (const std::string& column : columns) names += (names.empty() ? "" : " + ") + column;
+  if (columns.size() > 1) {
+    const auto name = parse_au_name(columns.front());
+    names = "AU" + std::to_string(name->number);
+    description = facs_name(names);
+  }
+  return description.empty() ? names : names + "  " + description;
+}
+
+}  // namespace
+
+std::string facs_name(const std::string& column) {
+  const auto au = parse_au_name(column);
+  if (!au) return {};
+  const auto found = std::ranges::find(kFacsNames, au->number, &FacsName::number);
+  if (found == kFacsNames.end()) return {};
+  const std::string_view side = au->side == AuSide::kLeft ? ", left" : au->side == AuSide::kRight ? ", right" : "";
+  return std::string(found->name).append(side);
+}
+
+RigPictures::RigPictures(const Rig& rig, const FaceModel* face) : rig_(rig), face_(face) {
+  if (face != nullptr) {
+    actor_per_face_ = scale_between(*face, rig.neutral_mm);
+  } else {
+    marker_triangles_ = triangulated_markers(rig.neutral_mm);
+  }
+  const Eigen::Vector3d low = rig.neutral_mm.rowwise().minCoeff(), high = rig.neutral_mm.rowwise().maxCoeff();
+  const double height_mm = high.y() - low.y();
+  camera_.target_mm = {0, 0.5 * (low.y() + high.y()) - 0.07 * height_mm, 0.28 * low.z() + 0.62 * high.z()};
+  camera_.field_mm = 1.18 * std::max(height_mm, 1.1 * (high.x() - low.x()));
+  camera_.distance_mm = 5 * camera_.field_mm;
+}
+
+void RigPictures::draw_view(Canvas& canvas, const PictureRectangle& place, const std::vector<std::string>& columns,
+                            double turned_degrees) const {
+  MeshCamera camera = camera_;
+  camera.turned_degrees = turned_degrees;
+  MeshView view(static_cast<int>(place.width), static_cast<int>(place.height), camera);
+  Eigen::Matrix3Xd moved = rig_.neutral_mm;
+  for (const std::string& column : columns) moved += column_of(rig_, column).displacement_mm;
+  static const Eigen::Matrix3Xd kNoColours(3, 0);
+  if (face_ != nullptr) {
+    Eigen::Matrix3Xd vertices = face_->vertices_mm();
+    for (const std::string& column : columns) {
+      if (const FaceAu* au = face_->find_au(column)) vertices += au->displacement_mm;
+    }
+    vertices *= actor_per_face_;
+    view.draw({vertices, face_->triangles(), face_->colours()});
+  } else if (marker_triangles_.cols() > 0) {
+    view.draw({moved, marker_triangles_, kNoColours});
+  }
+  canvas.begin_clip(place);
+  view.paint_on(canvas, {place.x, place.y});
+  const auto on_canvas = [&](const Eigen::Vector3d& p) {
+    const PicturePoint at = view.project(p);
+    return PicturePoint{place.x + at.x, place.y + at.y};
+  };
+  const double unit = std::max(1.0, place.height / 420);
+  for (Eigen::Index m = 0; m < moved.cols(); ++m) {
+    constexpr double kUnderSkinMm = 9;  // a marker whose skin bulges over its rest still has an arrow
+    if (!view.is_visible(moved.col(m), 3) && !view.is_visible(rig_.neutral_mm.col(m), kUnderSkinMm)) continue;
+    const PicturePoint from = on_canvas(rig_.neutral_mm.col(m));
+    canvas.fill_circle(from, 2.1 * unit, kMarkerRim);
+    canvas.fill_circle(from, 1.3 * unit, kMarker);
+    if ((moved.col(m) - rig_.neutral_mm.col(m)).norm() < kLeastArrowMm) continue;
+    canvas.arrow(from, on_canvas(moved.col(m)), kArrow, 1.5 * unit);
+  }
+  canvas.end_clip();
+}
+
+void RigPictures::draw_cell(Canvas& canvas, const PictureRectangle& place,
+                            const std::vector<std::string>& columns) const {
+  const double title = std::max(20.0, 0.055 * place.height), half = 0.5 * place.width;
+  draw_view(canvas, {place.x, place.y + title, half, place.height - title}, columns, 0);
+  draw_view(canvas, {place.x + half, place.y + title, half, place.height - title}, columns, kThreeQuarterDegrees);
+  canvas.text({place.x + 0.4 * title, place.y + 0.82 * title}, title_of(columns), 0.72 * title, kInk);
+  double largest_mm = 0;
+  Eigen::Matrix3Xd displacement = Eigen::Matrix3Xd::Zero(3, rig_.neutral_mm.cols());
+  for (const std::string& column : columns) displacement += column_of(rig_, column).displacement_mm;
+  if (!columns.empty()) {
+    Eigen::Index marker = 0;
+    largest_mm = displacement.colwise().norm().maxCoeff(&marker);
+    const std::string note = rig_.marker_names[static_cast<std::size_t>(marker)] + " " +
+                             std::to_string(std::lround(10 * largest_mm) / 10) + "." +
+                             std::to_string(std::lround(10 * largest_mm) % 10) + " mm";
+    canvas.text({place.x + place.width - 0.4 * title, place.y + 0.82 * title}, note, 0.62 * title, kGrey,
+                TextAnchor::kRight);
+  }
+}
+
+Canvas RigPictures::picture(const std::vector<std::string>& columns, int height) const {
+  if (height < 100 || height > 4000) throw std::invalid_argument("RigPictures: 100 to 4000 pixels high");
+  Canvas canvas(2 * height * 9 / 10, height, kPaper);
+  draw_cell(canvas, {0, 0, static_cast<double>(canvas.width()), static_cast<double>(height)}, columns);
+  return canvas;
+}
+
+std::vector<std::vector<std::string>> RigPictures::sheet_columns() const {
+  std::vector<std::vector<std::string>> cells{{}};
+  for (const RigAu& au : rig_.aus) {
+    const auto name = parse_au_name(au.name);
+    const bool has_halves = name && name->side != AuSide::kBoth && name->number != kJawSideways;
+    if (has_halves && cells.back().size() == 1) {
+      const auto before = parse_au_name(cells.back().front());
+      if (before && before->number == name->number && before->side != AuSide::kBoth) {
+        cells.back().push_back(au.name);
+        continue;
+      }
+    }
+    cells.push_back({au.name});
+  }
+  return cells;
+}
+
+Canvas RigPictures::contact_sheet(const std::function<void(std::size_t, std::size_t)>& done) const {
+  constexpr int kCellWidth = 560, kCellHeight = 330, kAcross = 4;
+  const auto cells = sheet_columns();
+  const int rows = (static_cast<int>(cells.size()) + kAcross - 1) / kAcross;
+  Canvas canvas(kAcross * kCellWidth, rows * kCellHeight, kPaper);
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    const double column = static_cast<double>(k % kAcross), row = static_cast<double>(k / kAcross);
+    draw_cell(canvas, {column * kCellWidth, row * kCellHeight, kCellWidth, kCellHeight}, cells[k]);
+    if (done) done(k + 1, cells.size());
+  }
+  return canvas;
+}
+
+}  // namespace risorius
