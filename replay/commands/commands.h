@@ -14,6 +14,7 @@ namespace risorius {
 void add_replay_command(CLI::App& app);
 void add_rig_command(CLI::App& app);
 /// Part of `risorius rig`.
+void add_rig_calibrate_command(CLI::App& rig);
 void add_rig_show_command(CLI::App& rig);
 void add_dataset_command(CLI::App& app);
 void add_watch_command(CLI::App& app);

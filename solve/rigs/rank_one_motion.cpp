@@ -91,6 +91,7 @@ double reweigh(const Displacements& take, const RankOneMotion& model, std::vecto
 RankOneMotion find_rank_one_motion(const Displacements& take, double hold_share) {
   RankOneMotion model;
   model.field_mm = first_field(take);
+  model.evidence = Eigen::VectorXd::Zero(model.field_mm.cols());
   std::vector<Eigen::VectorXd> weight = take.weight;
   for (int round = 0; round < kAlternations; ++round) {
     model.amplitude = amplitudes(take, weight, model.field_mm);
@@ -105,7 +106,7 @@ RankOneMotion find_rank_one_motion(const Displacements& take, double hold_share)
     model.field_mm *= level;
     model.noise_mm = reweigh(take, model, weight);
     Eigen::Matrix3Xd sum = Eigen::Matrix3Xd::Zero(3, model.field_mm.cols());
-    model.evidence = Eigen::VectorXd::Zero(model.field_mm.cols());
+    model.evidence.setZero();
     for (std::size_t t = 0; t < take.d_mm.size(); ++t) {
       const double a = model.amplitude[static_cast<Eigen::Index>(t)];
       if (a < kFieldShare) continue;

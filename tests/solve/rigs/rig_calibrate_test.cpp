@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <limits>
 #include <random>
+#include <stdexcept>
 
 #include "capture/errors.h"
 #include "solve/faces/builtin_face.h"
@@ -44,7 +45,9 @@ CalibrationRecording record(const Rig& actor, const std::string& au, const Recor
   std::normal_distribution<double> normal(0, 1);
   std::uniform_real_distribution<double> uniform(0, 1);
   const auto field_of = [&](const std::string& name) {
-    return std::ranges::find(actor.aus, name, &RigAu::name)->displacement_mm;
+    const auto found = std::ranges::find(actor.aus, name, &RigAu::name);
+    if (found == actor.aus.end()) throw std::runtime_error("the built-in rig has no " + name);
+    return found->displacement_mm;
   };
   const Eigen::Matrix3Xd field = field_of(au), lid_left = field_of("AU45L"), lid_right = field_of("AU45R");
   CalibrationRecording recording{au, au + ".c3d", {}};
@@ -55,7 +58,8 @@ CalibrationRecording record(const Rig& actor, const std::string& au, const Recor
         options.blinks && au != "AU45L" && au != "AU45R" ? std::max(0.0, 1 - std::abs(t - 90) / 8.0) : 0;
     const Eigen::Matrix3Xd face = actor.neutral_mm + a * field + blink * (lid_left + lid_right);
     const Eigen::AngleAxisd turn(0.1 * std::sin(t * 0.05), Eigen::Vector3d(0.3, 1, 0.2).normalized());
-    Eigen::Matrix3Xd world = (turn * face).colwise() + Eigen::Vector3d(5 * std::cos(t * 0.03), 1500, -200);
+    const Eigen::Matrix3Xd turned = turn.toRotationMatrix() * face;
+    Eigen::Matrix3Xd world = turned.colwise() + Eigen::Vector3d(5 * std::cos(t * 0.03), 1500, -200);
     for (Eigen::Index m = 0; m < world.cols(); ++m) {
       world.col(m) += options.noise_mm * Eigen::Vector3d(normal(random), normal(random), normal(random));
       if (uniform(random) < options.false_share) world.col(m) += Eigen::Vector3d(20, 0, -20);

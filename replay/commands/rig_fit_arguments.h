@@ -1,0 +1,23 @@
+// What `rig fit` and `rig calibrate` share: a neutral, the generic face that is fitted to it, and the landmark map.
+#pragma once
+
+#include <string>
+
+#include "replay/commands/take_arguments.h"
+#include "solve/faces/rig_fit.h"
+
+namespace risorius {
+
+struct RigFitArguments {
+  std::string face = "builtin", neutral, landmarks, output, name;
+  TakeArguments take;
+
+  void add_to(CLI::App& command);
+  /// Reads neutral and face and fits; the rig has its name and says where it comes from. Throws UserError.
+  RigFitResult fit() const;
+};
+
+/// Prints the fit's warnings to stderr.
+void print_warnings(const RigFitResult& fit);
+
+}  // namespace risorius
