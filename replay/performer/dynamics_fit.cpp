@@ -17,7 +17,8 @@ constexpr std::size_t kLeastActions = 30;
 constexpr double kLeastProbability = 0.15, kLeastRatio = 0.1;  // co-activations below are noise
 constexpr double kActing = 0.3;                                // an action strong enough to bring others along
 constexpr double kStep = 0.6;                                  // of a correction, per round
-constexpr double kWidest = 0.9;                                // log-normal spread: 90 % within a factor of 4.4
+constexpr double kWidest = 1.1;                                // log-normal spread of holds: 90 % within a factor of 6
+constexpr double kWidestRest = 0.9;                            // of rests within a run
 constexpr double kHighest = 1.15;
 
 double median_of(const std::vector<double>& values) { return quantile_of(values, 0.5); }
@@ -297,7 +298,7 @@ Dynamics fit_dynamics(const PreparedSeries& recorded, const DynamicsFitOptions& 
   }
   dynamics.rest_s = {
       std::max(0.1, median_of(rests)),
-      std::clamp(std::log(median_of(rests) / std::max(0.03, quantile_of(rests, 0.1))) / 1.2816, 0.05, kWidest)};
+      std::clamp(std::log(median_of(rests) / std::max(0.03, quantile_of(rests, 0.1))) / 1.2816, 0.05, kWidestRest)};
   dynamics.repeat_probability = 0.5;
   const double offset_per_onset = std::clamp(median_of(offset), 0.5, 2.0);
   dynamics.offset_s = {dynamics.onset_s.median * offset_per_onset, dynamics.onset_s.sigma};

@@ -14,8 +14,8 @@ namespace risorius {
 
 struct DynamicsFitOptions {
   std::uint64_t seed = 1;
-  int rounds = 30;
-  int takes = 8;  ///< performed per round, each as long as the recording
+  int rounds = 40;
+  int takes = 24;  ///< performed per round, each as long as the recording
 };
 
 /// `progress` (round, of) may be empty. Throws std::invalid_argument if the series has fewer than 30 actions.

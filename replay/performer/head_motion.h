@@ -17,7 +17,7 @@ class HeadMotion {
   Pose at(double time_s) const noexcept;
 
  private:
-  static constexpr std::size_t kWaves = 9;
+  static constexpr std::size_t kWaves = 6;
   struct Wave {
     double amplitude = 0, radians_per_s = 0, phase = 0;
   };
