@@ -20,5 +20,8 @@ void add_dataset_command(CLI::App& app);
 void add_watch_command(CLI::App& app);
 void add_control_command(CLI::App& app);
 void add_demo_command(CLI::App& app);
+void add_perform_command(CLI::App& app);
+void add_perform_fit_command(CLI::App& app);
+void add_defects_command(CLI::App& app);
 
 }  // namespace risorius

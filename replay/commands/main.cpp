@@ -12,6 +12,9 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", fmt::format("risorius {} ({})", risorius::kVersion, risorius::kInstructionSet));
   app.require_subcommand(1);
   risorius::add_demo_command(app);
+  risorius::add_perform_command(app);
+  risorius::add_perform_fit_command(app);
+  risorius::add_defects_command(app);
   risorius::add_replay_command(app);
   risorius::add_rig_command(app);
   risorius::add_dataset_command(app);

@@ -4,7 +4,7 @@ namespace risorius {
 
 std::string facs_code(const Episode& episode, const std::string& column_name) {
   if (episode.au_number == 0) return column_name + ":" + episode.letter;
-  std::string code = episode.side == AuSide::kNone ? "" : std::string(1, static_cast<char>(episode.side));
+  std::string code = episode.side == ColumnSide::kNone ? "" : std::string(1, static_cast<char>(episode.side));
   return code + std::to_string(episode.au_number) + episode.letter;
 }
 

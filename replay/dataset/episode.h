@@ -23,7 +23,7 @@ struct EpisodePoint {
 struct Episode {
   std::uint32_t column = 0;    ///< index into the AU names
   std::uint8_t au_number = 0;  ///< of FACS; 0 for a column that is no AU
-  AuSide side = AuSide::kNone;
+  ColumnSide side = ColumnSide::kNone;
   EpisodePoint onset;   ///< first frame, inclusive
   EpisodePoint apex;    ///< first frame of the peak
   EpisodePoint offset;  ///< last frame in which it was seen, inclusive

@@ -60,7 +60,7 @@ class EpisodeDetector {
   struct Track {
     // What does not change
     std::uint8_t au_number = 0;
-    AuSide side = AuSide::kNone;
+    ColumnSide side = ColumnSide::kNone;
     bool is_jaw = false;
     CutPoints cut_points{};
     double scale = 1;

@@ -17,7 +17,7 @@ void save_episodes(const std::filesystem::path& path, const std::vector<std::str
     line.clear();
     append_text(line, episode.au_number == 0 ? name : std::to_string(episode.au_number));
     line += ',';
-    if (episode.side != AuSide::kNone) line += static_cast<char>(episode.side);
+    if (episode.side != ColumnSide::kNone) line += static_cast<char>(episode.side);
     line += ',';
     append_text(line, facs_code(episode, name));
     for (const EpisodePoint& point : {episode.onset, episode.apex, episode.offset}) {

@@ -1,6 +1,7 @@
 #include "replay/performer/performer.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 #include <span>
@@ -10,13 +11,7 @@
 namespace risorius {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr std::uint32_t kSetId = 1;
-constexpr double kSwayMm = 8, kSwayUpMm = 5;
-constexpr double kPitchDegrees = 5, kYawDegrees = 5, kRollDegrees = 3;
-const Eigen::Vector3d kSeatedHeadMm(20, 1200, -30);  // where the head is in the room
-constexpr std::array kSwayShares{0.5, 0.3, 0.2};
-constexpr double kSlowestHz = 0.07, kFastestHz = 0.45;
 
 void require(double value, const char* name, double least, double most) {
   if (value >= least && value <= most) return;
@@ -25,8 +20,10 @@ void require(double value, const char* name, double least, double most) {
 
 const PerformerOptions& checked(const PerformerOptions& options) {
   require(options.rate_hz, "rate_hz", 1, 2000);
-  require(options.seconds, "seconds", 1e-3, 86400);
+  require(options.seconds, "seconds", 0, 86400);
   require(options.head_motion, "head_motion", 0, 3);
+  require(options.micro_motion, "micro_motion", 0, 3);
+  require(options.amplitude, "amplitude", 0.1, 4);
   return options;
 }
 
@@ -48,10 +45,20 @@ Rig checked(Rig rig) {
   return rig;
 }
 
-std::vector<std::string> names_of(const Rig& rig) {
-  std::vector<std::string> names;
-  for (const RigAu& au : rig.aus) names.push_back(au.name);
-  return names;
+PerformerScript script_of(const Rig& rig, const PerformerOptions& options) {
+  return PerformerScript(checked(rig).au_names(), {options.script, checked(options).seconds, options.seed,
+                                                   options.co_activation, true, options.amplitude});
+}
+
+std::vector<double> bounds_of(const Rig& rig) {
+  std::vector<double> upper;
+  for (const RigAu& au : rig.aus) upper.push_back(au.upper_bound);
+  return upper;
+}
+
+DefectOptions defects_of(const PerformerOptions& options) {
+  return {options.noise_mm, options.occlusion_share, options.false_track_share, options.coloured_noise_mm,
+          options.regions_per_minute};
 }
 
 /// Nearest nanosecond. In extended precision: a day at 120 Hz has more digits than a double's product keeps.
@@ -65,44 +72,28 @@ Position rounded(const Eigen::Vector3d& p) noexcept {
 
 }  // namespace
 
-double Performance::Sway::at(double time_s) const noexcept {
-  double sum = 0;
-  for (std::size_t i = 0; i < amplitude.size(); ++i) {
-    sum += amplitude[i] * std::sin(2 * kPi * frequency_hz[i] * time_s + phase[i]);
-  }
-  return sum;
-}
-
 Performance::Performance(Rig rig, const PerformerOptions& options)
-    : rig_(checked(std::move(rig))),
-      head_mm_(rig_.neutral_mm),
-      options_(checked(options)),
-      frame_count_(static_cast<std::uint64_t>(std::ceil(options.seconds * options.rate_hz - 1e-9))),
-      script_(names_of(rig_), options.seconds, options.seed),
-      defects_(rig_.neutral_mm, options.rate_hz, {options.noise_mm, options.occlusion_share, options.false_track_share},
-               options.seed) {
-  constexpr double kRadians = kPi / 180;
-  const std::array<double, 6> amplitude{
-      kSwayMm, kSwayUpMm, kSwayMm, kPitchDegrees * kRadians, kYawDegrees * kRadians, kRollDegrees * kRadians};
-  Random random(options.seed, 4);
-  for (std::size_t c = 0; c < sway_.size(); ++c) {
-    for (std::size_t i = 0; i < kSwayShares.size(); ++i) {
-      sway_[c].amplitude[i] = options.head_motion * amplitude[c] * kSwayShares[i];
-      sway_[c].frequency_hz[i] = random.uniform(kSlowestHz, kFastestHz);
-      sway_[c].phase[i] = random.uniform(0, 2 * kPi);
-    }
-  }
-}
+    : Performance(rig, std::nullopt, script_of(rig, options), options) {}
 
-Pose Performance::pose_at(double time_s) const noexcept {
-  const Eigen::Vector3d turn(sway_[3].at(time_s), sway_[4].at(time_s), sway_[5].at(time_s));
-  const double angle = turn.norm();
-  const Eigen::Quaterniond rotation =
-      angle > 0 ? Eigen::Quaterniond(Eigen::AngleAxisd(angle, turn / angle)) : Eigen::Quaterniond::Identity();
-  const Eigen::Vector3d translation =
-      kSeatedHeadMm + Eigen::Vector3d(sway_[0].at(time_s), sway_[1].at(time_s), sway_[2].at(time_s));
-  return {{rotation.x(), rotation.y(), rotation.z(), rotation.w()},
-          {translation.x(), translation.y(), translation.z()}};
+Performance::Performance(Rig rig, AuTimeline series, const PerformerOptions& options)
+    : Performance(std::move(rig), std::optional(std::move(series)), std::nullopt, options) {}
+
+Performance::Performance(Rig rig, std::optional<AuTimeline> series, std::optional<PerformerScript> script,
+                         const PerformerOptions& options)
+    : rig_(checked(std::move(rig))),
+      options_(checked(options)),
+      series_(std::move(series)),
+      script_(std::move(script)),
+      upper_(bounds_of(rig_)),
+      wander_(rig_.au_count(), shipped_dynamics().micro_motion, shipped_dynamics().rest_drift,
+              series_ ? 0 : options.micro_motion, options.rate_hz, options.seed),
+      head_(options.head_motion, options.seed),
+      model_(rig_, options.perturb, options.rate_hz, options.seed),
+      defects_(model_.rig().neutral_mm, options.rate_hz, defects_of(options), options.seed),
+      head_mm_(rig_.neutral_mm) {
+  if (options_.seconds == 0)
+    options_.seconds = series_ ? series_->seconds() + 1 / options_.rate_hz : script_->seconds();
+  frame_count_ = static_cast<std::uint64_t>(std::ceil(options_.seconds * options_.rate_hz - 1e-9));
 }
 
 bool Performance::next(MarkerFrame& observed, AuFrame& truth, MarkerFrame& clean) noexcept {
@@ -118,8 +109,15 @@ bool Performance::next(MarkerFrame& observed, AuFrame& truth, MarkerFrame& clean
   truth.header = header;
   truth.count = static_cast<std::uint32_t>(rig_.au_count());
   truth.status = SolverStatus::kConverged;
-  truth.world_from_head = pose_at(time_s);
-  script_.intensities_at(time_s, std::span(truth.intensity).first(rig_.au_count()));
+  truth.world_from_head = head_.at(time_s);
+  const std::span<double> intensities = std::span(truth.intensity).first(rig_.au_count());
+  if (series_) {
+    series_->at(time_s, intensities);
+  } else {
+    script_->intensities_at(time_s, intensities);
+  }
+  for (std::size_t k = 0; k < intensities.size(); ++k) intensities[k] = std::clamp(intensities[k], 0.0, upper_[k]);
+  wander_.add_to(intensities, upper_);
   for (std::size_t k = 0; k < rig_.au_count(); ++k) truth.state[k] = AuState::kObserved;
 
   clean = MarkerFrame{};
@@ -130,11 +128,9 @@ bool Performance::next(MarkerFrame& observed, AuFrame& truth, MarkerFrame& clean
   const Eigen::Quaterniond rotation(pose.rotation_xyzw[3], pose.rotation_xyzw[0], pose.rotation_xyzw[1],
                                     pose.rotation_xyzw[2]);
   const Eigen::Vector3d translation(pose.translation_mm[0], pose.translation_mm[1], pose.translation_mm[2]);
-  head_mm_ = rig_.neutral_mm;
-  for (std::size_t k = 0; k < rig_.au_count(); ++k) {
-    if (truth.intensity[k] != 0) head_mm_ += truth.intensity[k] * rig_.aus[k].displacement_mm;
-  }
+  model_.pose_next(intensities, head_mm_);
   for (std::size_t m = 0; m < rig_.marker_count(); ++m) {
+    clean.state[m] = MarkerState::kMeasured;
     clean.position_mm[m] = rounded(rotation * head_mm_.col(static_cast<Eigen::Index>(m)) + translation);
   }
   defects_.apply(clean, observed);
@@ -143,7 +139,9 @@ bool Performance::next(MarkerFrame& observed, AuFrame& truth, MarkerFrame& clean
 
 void Performance::rewind() {
   next_index_ = 0;
-  script_.rewind();
+  if (script_) script_->rewind();
+  wander_.rewind();
+  model_.rewind();
   defects_.rewind();
 }
 
@@ -155,7 +153,10 @@ MarkerSet Performance::marker_set() const {
   return set;
 }
 
-PerformerTake::PerformerTake(Rig rig, const PerformerOptions& options) : performance_(std::move(rig), options) {
+PerformerTake::PerformerTake(Rig rig, const PerformerOptions& options)
+    : PerformerTake(Performance(std::move(rig), options)) {}
+
+PerformerTake::PerformerTake(Performance performance) : performance_(std::move(performance)) {
   info_.path = "builtin";
   info_.markers = performance_.marker_set();
   info_.frame_count = performance_.frame_count();

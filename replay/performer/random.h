@@ -23,10 +23,22 @@ class Random {
     return static_cast<std::size_t>(uniform() * static_cast<double>(count));
   }
   double exponential(double mean) noexcept { return -mean * std::log1p(-uniform()); }
-  /// Mean 0, variance 1 (Box & Muller 1958).
+  /// Mean 0, variance 1. The polar method (Marsaglia & Bray 1964) makes two at a time; one waits for the next call.
   double gaussian() noexcept {
-    const double radius = std::sqrt(-2 * std::log1p(-uniform()));
-    return radius * std::cos(2 * 3.14159265358979323846 * uniform());
+    if (has_spare_) {
+      has_spare_ = false;
+      return spare_;
+    }
+    double x = 0, y = 0, squared = 0;
+    do {
+      x = uniform(-1, 1);
+      y = uniform(-1, 1);
+      squared = x * x + y * y;
+    } while (squared >= 1 || squared == 0);
+    const double scale = std::sqrt(-2 * std::log(squared) / squared);
+    spare_ = y * scale;
+    has_spare_ = true;
+    return x * scale;
   }
 
  private:
@@ -39,6 +51,8 @@ class Random {
   }
 
   std::mt19937_64 engine_;
+  double spare_ = 0;
+  bool has_spare_ = false;
 };
 
 }  // namespace risorius

@@ -6,12 +6,12 @@
 
 namespace risorius {
 
-enum class AuSide : char { kNone = 0, kLeft = 'L', kRight = 'R' };
+enum class ColumnSide : char { kNone = 0, kLeft = 'L', kRight = 'R' };
 
 struct AuColumn {
   std::string name;  ///< as given
   int number = 0;    ///< of FACS; 0 where the name is not "AU" + number + optional "L" or "R"
-  AuSide side = AuSide::kNone;
+  ColumnSide side = ColumnSide::kNone;
 };
 
 /// "AU12L" is AU 12 of the subject's left side; "mouthLeft" keeps its name and has neither number nor side.

@@ -9,6 +9,7 @@
 
 #include "capture/frames.h"
 #include "replay/atomic_file.h"
+#include "replay/takes/au_series.h"
 
 namespace risorius {
 
@@ -27,12 +28,6 @@ class AuCsvWriter {
   std::size_t au_count_;
   AtomicFile file_;
   std::string line_;
-};
-
-struct AuSeries {
-  std::vector<std::string> names;
-  std::vector<std::uint64_t> frames;             ///< F, as the column Frame says
-  std::vector<std::vector<double>> intensities;  ///< F rows of names.size() values; NaN where not observed
 };
 
 /// Throws UserError (file, line, column, value, remedy).

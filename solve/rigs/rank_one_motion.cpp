@@ -10,10 +10,17 @@ namespace risorius {
 namespace {
 
 constexpr int kAlternations = 15;
-/// Of the greatest amplitude: frames below are rest, frames above say what the field is.
-constexpr double kRestShare = 0.1, kFieldShare = 0.5;
-constexpr std::size_t kLeastRestFrames = 5;
+/// Frames between these amplitudes say what the field is: below is rest, above is another movement, too brief to last.
+constexpr double kFieldShare = 0.5, kBriefShare = 1.3;
+/// At both ends of a recording the face should be at rest.
+constexpr double kEndShare = 0.08;
+/// A recording that moves away from its ends less than this, in squares, against how far it is from the neutral, was
+/// held throughout: then its ends are no rest.
+constexpr double kLeastMovedShare = 0.25;
 constexpr double kOutlierScales = 4;
+/// Half the window of the running median: a twelfth of the recording, so that a movement held for longer than a sixth
+/// of it outlasts the window.
+constexpr std::size_t kFramesPerReach = 12, kLeastReach = 2, kMostReach = 60;
 
 double quantile(std::vector<double> values, double q) {
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1) + 0.5);
@@ -21,32 +28,45 @@ double quantile(std::vector<double> values, double q) {
   return *at;
 }
 
-double quantile(const Eigen::VectorXd& values, double q) {
-  return quantile(std::vector<double>(values.begin(), values.end()), q);
+std::size_t reach_of(std::size_t frames) {
+  return std::clamp<std::size_t>(frames / kFramesPerReach, kLeastReach, kMostReach);
 }
 
-/// The mean of the tenth of the frames that lie farthest from the neutral; medians would be as good a start.
-Eigen::Matrix3Xd first_field(const Displacements& take) {
-  std::vector<double> distance(take.d_mm.size());
-  for (std::size_t t = 0; t < distance.size(); ++t) {
-    std::vector<double> squares;
-    for (Eigen::Index m = 0; m < take.weight[t].size(); ++m) {
-      if (take.weight[t][m] > 0) squares.push_back(take.d_mm[t].col(m).squaredNorm());
+/// Running medians over time of the measured displacements: what lasts stays, a blink or a leap does not. Where a
+/// marker is hidden throughout the window, zero.
+std::vector<Eigen::Matrix3Xd> lasting_displacements(const Displacements& take) {
+  const std::size_t frames = take.d_mm.size();
+  const std::size_t reach = reach_of(frames);
+  std::vector<Eigen::Matrix3Xd> lasting(frames, Eigen::Matrix3Xd::Zero(3, take.weight.front().size()));
+  std::vector<double> window;
+  for (Eigen::Index m = 0; m < take.weight.front().size(); ++m) {
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      for (std::size_t t = 0; t < frames; ++t) {
+        window.clear();
+        for (std::size_t k = t > reach ? t - reach : 0; k < std::min(frames, t + reach + 1); ++k) {
+          if (take.weight[k][m] > 0) window.push_back(take.d_mm[k](axis, m));
+        }
+        if (!window.empty()) lasting[t](axis, m) = quantile(window, 0.5);
+      }
     }
-    // Without the farthest marker of the frame: it may be a false one.
-    std::ranges::sort(squares);
-    for (std::size_t k = 0; k + 1 < squares.size(); ++k)
-      distance[t] += squares[k] / static_cast<double>(squares.size());
   }
+  return lasting;
+}
+
+/// The mean of the tenth of the frames that lie farthest from the neutral and stay there.
+Eigen::Matrix3Xd first_field(const Displacements& take) {
+  const std::vector<Eigen::Matrix3Xd> lasting = lasting_displacements(take);
+  std::vector<double> distance;
+  for (const Eigen::Matrix3Xd& d_mm : lasting) distance.push_back(d_mm.squaredNorm());
   const double far = quantile(distance, 0.9);
-  Eigen::Matrix3Xd sum = Eigen::Matrix3Xd::Zero(3, take.weight.front().size());
-  Eigen::VectorXd count = Eigen::VectorXd::Zero(sum.cols());
+  Eigen::Matrix3Xd sum = Eigen::Matrix3Xd::Zero(3, lasting.front().cols());
+  double count = 0;
   for (std::size_t t = 0; t < distance.size(); ++t) {
     if (distance[t] < far) continue;
-    sum += take.d_mm[t] * take.weight[t].asDiagonal();
-    count += take.weight[t];
+    sum += lasting[t];
+    ++count;
   }
-  return sum * count.cwiseMax(1.0).cwiseInverse().asDiagonal();
+  return sum / count;
 }
 
 /// The amplitude of each frame, given field and weights.
@@ -84,6 +104,25 @@ double reweigh(const Displacements& take, const RankOneMotion& model, std::vecto
   return noise_mm;
 }
 
+/// The median of what is held: of the frames whose amplitude is near the greatest that lasts.
+double held_level(const Eigen::VectorXd& amplitude, double hold_share) {
+  const std::vector<double> values(amplitude.begin(), amplitude.end());
+  std::vector<double> lasting;
+  for (std::size_t t = 0; t < values.size(); ++t) {
+    const std::size_t reach = reach_of(values.size());
+    const std::size_t first = t > reach ? t - reach : 0, last = std::min(values.size(), t + reach + 1);
+    lasting.push_back(quantile(
+        {values.begin() + static_cast<std::ptrdiff_t>(first), values.begin() + static_cast<std::ptrdiff_t>(last)},
+        0.5));
+  }
+  const double greatest = *std::ranges::max_element(lasting);
+  std::vector<double> held;
+  for (std::size_t t = 0; t < values.size(); ++t) {
+    if (lasting[t] >= hold_share * greatest) held.push_back(values[t]);
+  }
+  return quantile(held, 0.5);
+}
+
 }  // namespace
 
 /// d_t = a_t e, robustly. Frames of small amplitude hold noise and other movements, so the field is made of the others;
@@ -95,13 +134,8 @@ RankOneMotion find_rank_one_motion(const Displacements& take, double hold_share)
   std::vector<Eigen::VectorXd> weight = take.weight;
   for (int round = 0; round < kAlternations; ++round) {
     model.amplitude = amplitudes(take, weight, model.field_mm);
-    const double greatest = quantile(model.amplitude, 0.98);
-    if (!(greatest > 0)) break;
-    std::vector<double> held;
-    for (const double a : model.amplitude) {
-      if (a >= hold_share * greatest) held.push_back(a);
-    }
-    const double level = quantile(held, 0.5);
+    const double level = held_level(model.amplitude, hold_share);
+    if (!(level > 0)) break;
     model.amplitude /= level;
     model.field_mm *= level;
     model.noise_mm = reweigh(take, model, weight);
@@ -109,7 +143,7 @@ RankOneMotion find_rank_one_motion(const Displacements& take, double hold_share)
     model.evidence.setZero();
     for (std::size_t t = 0; t < take.d_mm.size(); ++t) {
       const double a = model.amplitude[static_cast<Eigen::Index>(t)];
-      if (a < kFieldShare) continue;
+      if (a < kFieldShare || a > kBriefShare) continue;
       sum += take.d_mm[t] * (a * weight[t]).asDiagonal();
       model.evidence += a * a * weight[t];
     }
@@ -121,19 +155,26 @@ RankOneMotion find_rank_one_motion(const Displacements& take, double hold_share)
   return model;
 }
 
-Eigen::Matrix3Xd rest_of(const Displacements& take, const Eigen::VectorXd& amplitude) {
-  Eigen::Matrix3Xd rest = Eigen::Matrix3Xd::Zero(3, take.weight.front().size());
-  for (Eigen::Index m = 0; m < rest.cols(); ++m) {
-    std::array<std::vector<double>, 3> values;
-    for (std::size_t t = 0; t < take.d_mm.size(); ++t) {
-      if (std::abs(amplitude[static_cast<Eigen::Index>(t)]) > kRestShare || !(take.weight[t][m] > 0)) continue;
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        values[axis].push_back(take.d_mm[t](static_cast<Eigen::Index>(axis), m));
+Eigen::Matrix3Xd rest_of(const Displacements& take) {
+  const std::vector<Eigen::Matrix3Xd> lasting = lasting_displacements(take);
+  const auto frames = lasting.size();
+  const auto end = std::max<std::size_t>(1, static_cast<std::size_t>(kEndShare * static_cast<double>(frames)));
+  Eigen::Matrix3Xd rest = lasting.front();
+  std::vector<double> values;
+  for (Eigen::Index i = 0; i < rest.size(); ++i) {
+    values.clear();
+    for (std::size_t t = 0; t < end; ++t) {
+      values.push_back(lasting[t](i));
+      values.push_back(lasting[frames - 1 - t](i));
     }
-    if (values[0].size() < kLeastRestFrames) continue;
-    for (std::size_t axis = 0; axis < 3; ++axis) rest(static_cast<Eigen::Index>(axis), m) = quantile(values[axis], 0.5);
+    rest(i) = quantile(values, 0.5);
   }
-  return rest;
+  double from_rest = 0, from_neutral = 0;
+  for (const Eigen::Matrix3Xd& d_mm : lasting) {
+    from_rest = std::max(from_rest, (d_mm - rest).squaredNorm());
+    from_neutral = std::max(from_neutral, d_mm.squaredNorm());
+  }
+  return from_rest >= kLeastMovedShare * from_neutral ? rest : Eigen::Matrix3Xd(Eigen::Matrix3Xd::Zero(3, rest.cols()));
 }
 
 void shrink_to_evidence(RankOneMotion& model) {

@@ -24,8 +24,9 @@ struct RankOneMotion {
 /// `hold_share` of the greatest amplitude counts as held, (0, 1). At least one frame.
 RankOneMotion find_rank_one_motion(const Displacements& take, double hold_share);
 
-/// The displacement at rest, 3 x M: medians over the frames of little amplitude; zero where they are too few.
-Eigen::Matrix3Xd rest_of(const Displacements& take, const Eigen::VectorXd& amplitude);
+/// The displacement at rest, 3 x M: medians over both ends of the recording, which begins and ends at rest. Zero where
+/// it was held throughout. At least one frame.
+Eigen::Matrix3Xd rest_of(const Displacements& take);
 
 /// Markers that hardly move tell mostly noise: their displacement shrinks by what noise alone would have given
 /// (James & Stein).

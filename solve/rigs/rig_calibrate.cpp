@@ -157,13 +157,12 @@ AuCalibration calibrate_au(const Rig& fitted, const CalibrationRecording& record
                                 recording.world_mm.size(), kLeastFrames, recording.au),
                     "record it again with the stabilisers visible");
   }
-  RankOneMotion model = find_rank_one_motion(take, options.hold_share);
-  const Eigen::Matrix3Xd rest = rest_of(take, model.amplitude);
+  const Eigen::Matrix3Xd rest = rest_of(take);
   result.rest_mm = std::sqrt(rest.squaredNorm() / static_cast<double>(rest.cols()));
   for (std::size_t t = 0; t < take.d_mm.size(); ++t) {
     take.d_mm[t] -= rest * take.weight[t].asDiagonal();
   }
-  model = find_rank_one_motion(take, options.hold_share);
+  RankOneMotion model = find_rank_one_motion(take, options.hold_share);
   shrink_to_evidence(model);
   describe(fitted, model, options, result);
   if (!(result.peak_mm >= options.least_peak_mm)) {

@@ -69,7 +69,7 @@ TEST(Episodes, HaveOnsetApexAndOffset) {
   EXPECT_EQ(episode.letter, 'D');  // 4.0
   EXPECT_EQ(episode.closed_by, EpisodeEnd::kOffset);
   EXPECT_EQ(episode.au_number, 12);
-  EXPECT_EQ(episode.side, AuSide::kLeft);
+  EXPECT_EQ(episode.side, ColumnSide::kLeft);
 }
 
 TEST(Episodes, ChangeLettersExactlyAtTheCutPoints) {

@@ -6,10 +6,10 @@ namespace risorius {
 namespace {
 
 TEST(AuColumn, HasNumberAndSide) {
-  for (const auto& [name, number, side] : {std::tuple{"AU12L", 12, AuSide::kLeft},
-                                           {"AU1R", 1, AuSide::kRight},
-                                           {"AU6", 6, AuSide::kNone},
-                                           {"AU04", 4, AuSide::kNone}}) {
+  for (const auto& [name, number, side] : {std::tuple{"AU12L", 12, ColumnSide::kLeft},
+                                           {"AU1R", 1, ColumnSide::kRight},
+                                           {"AU6", 6, ColumnSide::kNone},
+                                           {"AU04", 4, ColumnSide::kNone}}) {
     const AuColumn column = parse_au_column(name);
     EXPECT_EQ(column.name, name);
     EXPECT_EQ(column.number, number);
@@ -23,7 +23,7 @@ TEST(AuColumn, KeepsOtherNamesWithoutNumberAndSide) {
     const AuColumn column = parse_au_column(name);
     EXPECT_EQ(column.name, name);
     EXPECT_EQ(column.number, 0) << name;
-    EXPECT_EQ(column.side, AuSide::kNone) << name;
+    EXPECT_EQ(column.side, ColumnSide::kNone) << name;
   }
 }
 

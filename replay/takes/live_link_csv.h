@@ -1,0 +1,28 @@
+// Face shapes as the Live Link Face app records them: `Timecode,BlendShapeCount,EyeBlinkLeft,...,RightEyeRoll`, one
+// line per frame. No rate stands in the file: it follows from the steps of the timecodes HH:MM:SS:FF.sss, whose FF may
+// count in a finer base than the frames (30 frames per second as 0, 2, 4, ... 58). Holes are steps of several frames.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "replay/takes/au_series.h"
+
+namespace risorius {
+
+struct LiveLinkTake {
+  AuSeries shapes;  ///< ARKit's names ("eyeBlinkLeft"), whatever order the file has; frame numbers from 0, with holes
+  double rate_hz = 0;
+  std::vector<std::string> warnings;
+};
+
+/// Whether the file's first column is `Timecode`. Throws UserError if the file cannot be read.
+bool is_live_link_csv(const std::filesystem::path& path);
+
+/// `rate_hz` replaces the rate that the timecodes say, and is needed where they say none (less than a second of them).
+/// Values are kept as they are (up to 1.003 occurs). Throws UserError (file, line, column, value, remedy).
+LiveLinkTake load_live_link_csv(const std::filesystem::path& path, std::optional<double> rate_hz = std::nullopt);
+
+}  // namespace risorius
