@@ -17,7 +17,7 @@ AuWander::Filter::Filter(std::size_t count, const Wander& wander, double strengt
 }
 
 double AuWander::Filter::step(std::size_t k, Random& random) noexcept {
-  first[k] = keep * first[k] + input * random.gaussian();
+  first[k] = keep * first[k] + input * random.noise();
   second[k] = keep * second[k] + (1 - keep) * first[k];
   return scale * second[k];
 }

@@ -172,7 +172,7 @@ void MarkerDefects::start_false_track(std::size_t marker) noexcept {
 Position MarkerDefects::noisy(std::size_t marker, const Eigen::Vector3d& position_mm) noexcept {
   Eigen::Vector3d p = position_mm;
   if (options_.noise_mm > 0) {
-    for (double& coordinate : p) coordinate += options_.noise_mm * noise_.gaussian();
+    for (double& coordinate : p) coordinate += options_.noise_mm * noise_.noise();
   }
   if (options_.coloured_noise_mm > 0) p += coloured_mm_.col(static_cast<Eigen::Index>(marker));
   return {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())};
@@ -184,7 +184,7 @@ void MarkerDefects::apply(MarkerFrame& clean, MarkerFrame& observed) noexcept {
   step_region();
   if (options_.coloured_noise_mm > 0) {
     const double input = options_.coloured_noise_mm * std::sqrt(1 - noise_keep_ * noise_keep_);
-    for (double& value : coloured_mm_.reshaped()) value = noise_keep_ * value + input * coloured_.gaussian();
+    for (double& value : coloured_mm_.reshaped()) value = noise_keep_ * value + input * coloured_.noise();
   }
   for (std::size_t m = 0; m < tracks_.size(); ++m) {
     const bool can_start = !is_hidden(m) && tracks_[m].false_frames == 0;

@@ -155,7 +155,7 @@ void TruthModel::pose_next(std::span<const double> intensities, Eigen::Matrix3Xd
   const double input = creep_mm_ * std::sqrt(1 - creep_keep_ * creep_keep_);
   for (Eigen::Index i = 0; i < creep_mm_now_.size(); ++i) {
     double& creep = creep_mm_now_.data()[i];
-    creep = creep_keep_ * creep + input * creep_random_.gaussian();
+    creep = creep_keep_ * creep + input * creep_random_.noise();
   }
   head_mm += creep_mm_now_;
 }
