@@ -19,6 +19,7 @@ constexpr double kFloorMm2 = 0.3 * 0.3;
 /// The loss turns at this many standard deviations.
 constexpr double kRobustScale = 3.0;
 constexpr int kReweightings = 2;
+constexpr double kLongestStepS = 1.0;
 
 bool finite(Position p) noexcept { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
 
@@ -141,13 +142,15 @@ bool HeadFrame::align() noexcept {
 
 void HeadFrame::learn(double step_s, const std::vector<std::uint8_t>& trusted) noexcept {
   if (!determined_) return;
+  // After a gap in time one frame must not outweigh, or overshoot, what was learnt before it.
+  const double believed_s = std::min(step_s, kLongestStepS);
   for (std::size_t i = 0; i < names_.size(); ++i) {
     if (!measured_[i] || !trusted[i]) continue;
     if (samples_[i] > 0) {
-      const double rate = std::max(1 / (samples_[i] + kPriorSamples), step_s / options_.memory_s);
+      const double rate = std::max(1 / (samples_[i] + kPriorSamples), believed_s / options_.memory_s);
       const Eigen::Vector3d deviation = position_head_mm_[i] - reference_mm_[i];
       deformation_mm2_[i] += rate * (deviation.squaredNorm() - deformation_mm2_[i]);
-      reference_mm_[i] += std::max(1 / (samples_[i] + 1), step_s / options_.memory_s) * deviation;
+      reference_mm_[i] += std::max(1 / (samples_[i] + 1), believed_s / options_.memory_s) * deviation;
     } else {
       reference_mm_[i] = position_head_mm_[i];
     }

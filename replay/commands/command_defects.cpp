@@ -6,6 +6,7 @@
 
 #include "capture/errors.h"
 #include "replay/commands/commands.h"
+#include "replay/commands/output_check.h"
 #include "replay/commands/take_arguments.h"
 #include "replay/commands/take_output.h"
 #include "replay/performer/marker_defects.h"
@@ -45,6 +46,7 @@ Eigen::Matrix3Xd first_positions(TakeReader& take) {
 }
 
 void spoil(const DefectArguments& arguments) {
+  check_outputs({arguments.take}, {arguments.output, arguments.truth});
   const auto take = open_take_or_builtin(arguments.take, arguments.take_arguments.options());
   print_warnings(*take);
   MarkerSet set = take->info().markers;

@@ -5,6 +5,7 @@
 
 #include "capture/errors.h"
 #include "replay/commands/commands.h"
+#include "replay/commands/output_check.h"
 #include "replay/commands/rig_argument.h"
 #include "replay/commands/take_output.h"
 #include "replay/performer/performer.h"
@@ -65,6 +66,10 @@ Performance make_performance(const PerformArguments& arguments) {
     const RecordedAus recorded = load_aus(arguments, rig);
     if (recorded.series.frames.empty()) throw UserError(arguments.au, "has no frames", "give a series with frames");
     AuTimeline timeline(recorded.series, recorded.rate_hz, rig.au_names());
+    if (timeline.masked().size() == rig.au_count()) {
+      throw UserError(arguments.au, fmt::format("none of its columns is an AU of the rig {}", rig.name),
+                      "name the columns as the rig does, such as AU12L");
+    }
     report_channels(timeline.unused(), timeline.masked(), rig.name);
     return Performance(rig, std::move(timeline), options);
   }
@@ -80,7 +85,17 @@ Performance make_performance(const PerformArguments& arguments) {
   return performance;
 }
 
+void check_files(const PerformArguments& arguments) {
+  std::vector<std::filesystem::path> outputs{arguments.output, arguments.true_rig};
+  if (!arguments.truth.empty()) {
+    const auto truth = TruthWriter::paths_for(arguments.truth);
+    outputs.insert(outputs.end(), truth.begin(), truth.end());
+  }
+  check_outputs({arguments.rig, arguments.au, arguments.arkit_table}, outputs);
+}
+
 void perform(const PerformArguments& arguments) {
+  check_files(arguments);
   Performance performance = make_performance(arguments);
   const auto take = make_take_writer(arguments.output, performance.marker_set());
   std::unique_ptr<TruthWriter> truth_files;

@@ -1,15 +1,19 @@
 // risorius rig calibrate: from a neutral and one recording per AU at its maximum to the actor's rig (seed 003).
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <memory>
 #include <vector>
 
 #include "capture/errors.h"
 #include "replay/commands/commands.h"
+#include "replay/commands/output_check.h"
 #include "replay/commands/rig_fit_arguments.h"
 #include "replay/pipeline/calibration_recording.h"
 #include "replay/progress_line.h"
+#include "solve/rigs/au_name.h"
 #include "solve/rigs/rig_calibrate.h"
 
 namespace risorius {
@@ -39,6 +43,12 @@ std::vector<CalibrationRecording> read_recordings(const CalibrateArguments& argu
   for (const std::string& text : arguments.aus) {
     const auto [au, name] = parse_named_take(text);
     const TakeRange range = parse_take_range(name);
+    check_outputs({range.path}, {arguments.fit.output});
+    if (!parse_au_name(au) && std::ranges::find(fitted.aus, au, &RigAu::name) == fitted.aus.end()) {
+      throw UserError(
+          "--au " + text, fmt::format("'{}' is no AU", au),
+          fmt::format("give AU + number + L, R or nothing, or one of {}", fmt::join(fitted.au_names(), " ")));
+    }
     const auto take = open_take_or_builtin(range.path.string(), arguments.fit.take.options());
     print_warnings(*take);
     recordings.push_back(calibration_recording_of(*take, range, fitted, au));

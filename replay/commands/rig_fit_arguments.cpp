@@ -6,6 +6,7 @@
 
 #include "capture/errors.h"
 #include "replay/commands/face_argument.h"
+#include "replay/commands/output_check.h"
 #include "replay/pipeline/neutral.h"
 #include "solve/faces/landmark_map.h"
 
@@ -42,6 +43,7 @@ void RigFitArguments::add_to(CLI::App& command) {
 RigFitResult RigFitArguments::fit() const {
   const LandmarkMap map = find_landmark_map(landmarks);
   const TakeRange range = parse_take_range(neutral);
+  check_outputs({range.path, landmarks}, {output});
   const auto reader = open_take_or_builtin(range.path.string(), take.options());
   print_warnings(*reader);
   const Neutral positions = neutral_of(*reader, range.first.value_or(0), last_frame_of(*reader, range));

@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <charconv>
+#include <cmath>
 #include <fmt/format.h>
 
 #include "capture/errors.h"
@@ -48,6 +49,7 @@ TakeOptions TakeArguments::options() const {
     throw UserError("--axes", "\"" + axes + "\" does not name three different directions",
                     "give one of L R, one of U D and one of F B in the order of x y z, such as LUF");
   }
+  if (!std::isfinite(rate_hz)) throw UserError("--rate", "is not a number", "give frames per second");
   if (rate_hz > 0) options.rate_hz = rate_hz;
   return options;
 }

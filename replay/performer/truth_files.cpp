@@ -24,11 +24,12 @@ void CauseWriter::write(std::uint64_t frame, std::span<const DefectCause> causes
 
 void CauseWriter::finish() { file_.commit(); }
 
+std::vector<std::filesystem::path> TruthWriter::paths_for(const std::filesystem::path& au_csv) {
+  return {au_csv, beside(au_csv, "pose"), beside(au_csv, "markers"), beside(au_csv, "cues")};
+}
+
 TruthWriter::TruthWriter(const std::filesystem::path& au_csv, const std::vector<std::string>& au_names)
-    : paths_{au_csv, beside(au_csv, "pose"), beside(au_csv, "markers"), beside(au_csv, "cues")},
-      aus_(au_csv, au_names),
-      poses_(paths_[1]),
-      causes_(paths_[2]) {
+    : paths_(paths_for(au_csv)), aus_(au_csv, au_names), poses_(paths_[1]), causes_(paths_[2]) {
   poses_.write(
       "frame,translation_x_mm,translation_y_mm,translation_z_mm,rotation_x,rotation_y,rotation_z,rotation_w\n");
 }

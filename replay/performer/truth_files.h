@@ -36,6 +36,8 @@ class TruthWriter {
   /// Completes the files; `cues` may be empty.
   void finish(const std::vector<ScriptCue>& cues);
   /// Paths of all four.
+  /// The files that a writer for `au_csv` makes, that one first.
+  static std::vector<std::filesystem::path> paths_for(const std::filesystem::path& au_csv);
   const std::vector<std::filesystem::path>& paths() const noexcept { return paths_; }
 
  private:

@@ -112,6 +112,9 @@ double value_at(const CsvFile& file, std::size_t column) {
   return *value;
 }
 
+/// Beyond this a leap is a wrong timecode, not a loss: a quarter of an hour at 60 Hz.
+constexpr std::uint64_t kLongestLeap = 54'000;
+
 /// Numbers the frames on the grid of the clock's steps.
 void number_frames(const std::vector<Timecode>& codes, const Clock& clock, const std::vector<std::string>& places,
                    LiveLinkTake& take) {
@@ -125,6 +128,10 @@ void number_frames(const std::vector<Timecode>& codes, const Clock& clock, const
     units += steps[i];
     const auto next = std::max(frame + 1, static_cast<std::uint64_t>(std::llround(units / clock.step)));
     if (next > frame + 1) {
+      if (next - frame > kLongestLeap) {
+        throw UserError(places[i + 1], fmt::format("the timecode leaps by {} frames", next - frame),
+                        "correct the timecode, or cut the recording in two");
+      }
       ++holes;
       lost += next - frame - 1;
     }

@@ -15,6 +15,8 @@ constexpr std::string_view kBlanks = " \t";
 constexpr std::size_t kFrameCell = 0, kTimeCell = 1;
 /// Times are printed with few digits; a rate this near a whole number is that number.
 constexpr double kWholeRate = 2e-3;
+/// Beyond this a leap is a wrong number, not a loss: a quarter of an hour at 120 Hz.
+constexpr std::uint64_t kLongestLeap = 108'000;
 
 std::string_view trimmed(std::string_view text) {
   const std::size_t begin = text.find_first_not_of(kBlanks);
@@ -98,6 +100,12 @@ void RowTakeReader::scan_rows(double rate_hz) {
     if (frames > 0 && number <= last_frame) {
       throw UserError(place(), fmt::format("frame {} does not come after frame {}", number, last_frame),
                       "sort the lines by frame, and remove duplicates");
+    }
+    if (frames > 0 && number - last_frame > kLongestLeap) {
+      throw UserError(
+          place(), fmt::format("the frame numbers leap from {} to {}", last_frame, number),
+          fmt::format("correct the number, or cut the take in two: at most {} lost frames in a row are read",
+                      kLongestLeap));
     }
     last_frame = number;
     widest = std::max(widest, cells_.size());

@@ -21,6 +21,10 @@ void check_name(Problems& problems, const std::string& what, const std::string& 
   if (name.empty() || name.size() > kMaxNameBytes) {
     problems.push_back(
         fmt::format("{}: the name '{}' has {} bytes, allowed are 1 to {}", what, name, name.size(), kMaxNameBytes));
+  } else if (std::ranges::any_of(name,
+                                 [](unsigned char c) { return c < 0x20 || c == 0x7f || c == '/' || c == '\\'; })) {
+    // AUs name files, and all names stand in tables.
+    problems.push_back(fmt::format("{}: the name has a slash, backslash or control character in it", what));
   } else if (!seen.insert(name).second) {
     problems.push_back(fmt::format("{}: the name '{}' occurs twice, names must be unique", what, name));
   }

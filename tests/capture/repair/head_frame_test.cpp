@@ -75,5 +75,34 @@ TEST(HeadFrame, RejectsOptionsOutOfRange) {
   EXPECT_THROW(HeadFrame({.memory_s = -1}), UserError);
 }
 
+/// A tracker that pauses for an hour: the one frame after it must not throw the reference about.
+TEST(HeadFrame, IsNotThrownOffByALeapInTime) {
+  const std::vector<std::string> names{"a", "b", "c", "d"};
+  HeadFrame head;
+  head.use_names(names);
+  const std::vector<std::uint8_t> trusted(4, 1);
+  MarkerFrame frame;
+  frame.count = 4;
+  const float shape[4][3] = {{0, 0, 0}, {80, 0, 0}, {0, 60, 0}, {30, 20, 40}};
+  const auto pose = [&](float d_x) {
+    for (std::size_t i = 0; i < 4; ++i) {
+      frame.state[i] = MarkerState::kMeasured;
+      frame.position_mm[i] = {shape[i][0] + (i == 3 ? d_x : 0), shape[i][1], shape[i][2]};
+    }
+  };
+  pose(0);
+  for (int k = 0; k < 200; ++k) {
+    ASSERT_TRUE(head.process(frame));
+    head.learn(0.01, trusted);
+  }
+  const Eigen::Vector3d before = head.position_head_mm()[3];
+  pose(5);
+  ASSERT_TRUE(head.process(frame));
+  head.learn(3600, trusted);
+  pose(0);
+  ASSERT_TRUE(head.process(frame));
+  EXPECT_LT((head.position_head_mm()[3] - before).norm(), 0.5);
+}
+
 }  // namespace
 }  // namespace risorius

@@ -129,6 +129,12 @@ TEST(Rig, ProblemsNameTheFieldAndItsValue) {
     return problems.empty() ? "" : problems.front();
   };
   Rig rig = good;
+  rig.aus[0].name = "../../evil";  // AUs name pictures
+  EXPECT_NE(only_problem(rig).find("aus[0]: the name has a slash"), std::string::npos);
+  rig = good;
+  rig.marker_names[2] = "a\nb";
+  EXPECT_NE(only_problem(rig).find("markers[2]: the name has a slash, backslash or control"), std::string::npos);
+  rig = good;
   rig.marker_names[2] = "M1";
   EXPECT_NE(only_problem(rig).find("markers[2]: the name 'M1' occurs twice"), std::string::npos);
   rig = good;
