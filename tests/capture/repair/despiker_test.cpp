@@ -186,8 +186,8 @@ TEST(Despiker, RejectsOptionsOutOfRange) {
   EXPECT_THROW(Despiker({.accept_after_ns = -1}), UserError);
 }
 
-// Recall by event on seeded defects: 99 %. False alarms: this guards twice the aim of 0.1 %, which is missed on one of the
-// two takes (0.104 % on eyebrows, ./run bench repair).
+// Recall by event on seeded defects: 99 %. False alarms: this guards twice the aim of 0.1 %, which is missed on one of
+// the two takes (0.104 % on eyebrows, ./run bench repair).
 TEST(Despiker, FindsSeededDefectsOnRealTakesWithFewFalseAlarms) {
   RISORIUS_NEEDS_DATA(folder, "animface");
   for (const char* name : {"jaw.csv", "eyebrows.csv"}) {
