@@ -14,6 +14,8 @@ std::string_view word_of(SolverStatus status) noexcept {
       return "poor_fit";
     case SolverStatus::kTooFewMarkers:
       return "too_few_markers";
+    case SolverStatus::kMirrored:
+      return "mirrored";
   }
   return "not_solved";
 }

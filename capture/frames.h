@@ -58,7 +58,9 @@ struct MarkerFrame {
 enum class AuState : std::uint8_t { kNotObserved, kObserved, kHeld };
 enum class AuFrameKind : std::uint8_t { kSolved, kPredicted };
 /// kPoorFit: the markers are so far from anything that the rig can be that the rig cannot be this face in this unit.
-enum class SolverStatus : std::uint8_t { kNotSolved, kConverged, kIterationLimit, kTooFewMarkers, kPoorFit };
+/// kMirrored: their mirror image fits the rig, they do not: the source's axes are stated wrongly.
+enum class SolverStatus : std::uint8_t { kNotSolved, kConverged, kIterationLimit, kTooFewMarkers, kPoorFit, kMirrored };
+inline constexpr std::size_t kSolverStatusCount = 6;
 
 /// p_world = rotation * p_head + translation.
 struct Pose {

@@ -24,8 +24,8 @@ void sync_folder(const std::filesystem::path& folder) {
 
 }  // namespace
 
-AtomicFile::AtomicFile(std::filesystem::path path) : path_(std::move(path)), partial_path_(path_) {
-  partial_path_ += ".partial";
+AtomicFile::AtomicFile(std::filesystem::path path)
+    : path_(std::move(path)), partial_path_(path_.string() + ".partial"), unfinished_(partial_path_) {
   descriptor_ = ::open(partial_path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (descriptor_ < 0) fail("cannot be created");
   buffer_.reserve(kBufferBytes);

@@ -7,6 +7,8 @@
 #include <string>
 #include <string_view>
 
+#include "replay/unfinished_paths.h"
+
 namespace risorius {
 
 class AtomicFile {
@@ -32,6 +34,7 @@ class AtomicFile {
   [[noreturn]] void fail(const char* what) const;
 
   std::filesystem::path path_, partial_path_;
+  UnfinishedPath unfinished_;
   int descriptor_ = -1;
   bool is_committed_ = false;
   std::uint64_t flushed_bytes_ = 0;

@@ -29,6 +29,11 @@ constexpr double kMediansToThreshold = 3 * 1.4826;
 /// The time step at which the temporal penalty has its nominal weight, and the shortest one believed.
 constexpr double kNominalStep_s = 1.0 / 60, kShortestStep_s = 1e-4;
 
+/// Of a worse median residual than this the cause is looked for.
+constexpr double kSuspiciousMedianMm = 4;
+/// A mirror image fits better than the face by so much, in squares, only if the face is the mirror image.
+constexpr double kMirrorGain = 4;
+
 Rig checked(Rig rig) {
   if (const std::vector<std::string> problems = problems_of(rig); !problems.empty()) {
     throw UserError("rig '" + rig.name + "'", fmt::format("{}", fmt::join(problems, "; ")), "correct the rig");
@@ -163,7 +168,8 @@ void AuSolver::solve(const MarkerFrame& frame, AuFrame& out) noexcept {
   const QpResult qp = fit(QpEffort::kExact);
   last_cost_mm2_ = truncated_mean_square_mm2();
   publish(qp, out);
-  fresh_ = out.status == SolverStatus::kPoorFit;  // nothing to go on from
+  // From a face that is not the rig's there is nothing to go on.
+  fresh_ = out.status == SolverStatus::kPoorFit || out.status == SolverStatus::kMirrored;
   last_time_ns_ = frame.header.capture_time_ns;
 }
 
@@ -343,10 +349,36 @@ bool AuSolver::reweigh(int iteration) noexcept {
   return changed;
 }
 
+/// Faces are nearly symmetric, so that a mirrored one is not far from any rig; but its mirror image is much nearer.
+bool AuSolver::looks_mirrored() noexcept {
+  for (std::size_t m = 0; m < residual_mm_.size(); ++m) {
+    const auto column = static_cast<Eigen::Index>(m);
+    fitted_head_mm_[m] = rig_.neutral_mm.col(column);
+    seen_world_mm_[m] = markers_.world_mm(m);
+    pose_weight_[m] = markers_.weight()[column];
+  }
+  const auto mean_square = [&] {
+    const RigidAlignment fit = align_rigid(fitted_head_mm_, seen_world_mm_, pose_weight_);
+    double sum = 0;
+    for (std::size_t m = 0; m < residual_mm_.size(); ++m) {
+      sum += pose_weight_[m] * (fit.to_from * fitted_head_mm_[m] - seen_world_mm_[m]).squaredNorm();
+    }
+    return fit.determined ? sum : std::numeric_limits<double>::infinity();
+  };
+  const double as_seen = mean_square();
+  for (Eigen::Vector3d& p : seen_world_mm_) p.x() = -p.x();
+  return kMirrorGain * mean_square() < as_seen;
+}
+
 void AuSolver::publish(const QpResult& qp, AuFrame& out) noexcept {
-  const bool fits = median_residual_mm() <= options_.largest_median_mm;
+  const double median_mm = median_residual_mm();
+  const bool mirrored = median_mm > kSuspiciousMedianMm && looks_mirrored();
+  const bool fits = median_mm <= options_.largest_median_mm && !mirrored;
   const bool converged = fits && qp.status == QpStatus::kConverged;
-  out.status = !fits ? SolverStatus::kPoorFit : converged ? SolverStatus::kConverged : SolverStatus::kIterationLimit;
+  out.status = mirrored    ? SolverStatus::kMirrored
+               : !fits     ? SolverStatus::kPoorFit
+               : converged ? SolverStatus::kConverged
+                           : SolverStatus::kIterationLimit;
   if (!fits) std::fill(observed_.begin(), observed_.end(), char{0});
   out.kkt_residual = qp.kkt_residual;
   out.world_from_head = to_pose(world_from_head_);

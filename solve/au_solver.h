@@ -68,6 +68,7 @@ class AuSolver {
   void project_markers() noexcept;
   void measure_residuals() noexcept;
   double median_residual_mm() noexcept;
+  bool looks_mirrored() noexcept;
   bool reweigh(int iteration) noexcept;
   void publish(const QpResult& qp, AuFrame& out) noexcept;
   void publish_intensities(double noise_mm, bool converged, AuFrame& out) noexcept;

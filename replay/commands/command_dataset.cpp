@@ -10,9 +10,11 @@
 #include <nlohmann/json.hpp>
 #include <set>
 #include <thread>
+#include <unistd.h>
 #include <vector>
 
 #include "capture/errors.h"
+#include "capture/frame_words.h"
 #include "capture/version.h"
 #include "replay/commands/commands.h"
 #include "replay/commands/rig_argument.h"
@@ -22,6 +24,7 @@
 #include "replay/pipeline/offline_pipeline.h"
 #include "replay/pipeline/stage_config.h"
 #include "replay/progress_line.h"
+#include "replay/unfinished_paths.h"
 
 namespace risorius {
 namespace {
@@ -46,8 +49,7 @@ std::vector<TakeJob> name_jobs(const DatasetArguments& arguments) {
   std::vector<TakeJob> jobs;
   std::set<std::string> names;
   for (const auto& take : arguments.takes) {
-    const std::string stem =
-        take == "builtin" || take.starts_with("builtin:") ? "builtin" : std::filesystem::path(take).stem().string();
+    const std::string stem = path_of_take(take).stem().string();
     std::string name = stem;
     for (int n = 2; !names.insert(name).second; ++n) name = fmt::format("{}-{}", stem, n);
     jobs.push_back({.name = take, .folder = std::filesystem::path(arguments.output) / name});
@@ -174,17 +176,52 @@ void refuse_what_cannot_be_solved(const DatasetArguments& arguments, const Rig& 
   }
 }
 
-void warn_of_unsolved_frames(const std::vector<TakeJob>& jobs) {
-  for (const auto& job : jobs) {
-    const std::uint64_t frames = job.dataset->frame_count(), solved = job.dataset->solved_count();
-    if (10 * solved >= 9 * frames) continue;
-    fmt::print(stderr,
-               "{}: warning: {} of {} frames could not be solved; column solver of quality.csv says why (poor_fit: is "
-               "this the "
-               "take's rig; are --units and --axes right?)\n",
-               job.name, frames - solved, frames);
+const char* remedy_of(SolverStatus status) {
+  switch (status) {
+    case SolverStatus::kMirrored:
+      return "turn one letter of --axes round, such as LUF for RUF";
+    case SolverStatus::kPoorFit:
+      return "is this the take's rig; are --units and --axes right?";
+    case SolverStatus::kTooFewMarkers:
+      return "fewer than 3 stabilisers were seen";
+    default:
+      return "see column solver of quality.csv";
   }
 }
+
+/// "12 poor_fit (remedy), 3 lost": why frames have no AUs; empty if all have.
+std::string unsolved_reasons(const TakeDataset& dataset) {
+  std::string text;
+  const auto add = [&](std::uint64_t count, std::string_view word, std::string_view remedy) {
+    if (count > 0) text += fmt::format("{}{} {} ({})", text.empty() ? "" : ", ", count, word, remedy);
+  };
+  for (const SolverStatus status : {SolverStatus::kMirrored, SolverStatus::kPoorFit, SolverStatus::kTooFewMarkers,
+                                    SolverStatus::kIterationLimit, SolverStatus::kNotSolved}) {
+    add(dataset.status_count(status), word_of(status), remedy_of(status));
+  }
+  add(dataset.lost_count(), "lost", "not in the take");
+  return text;
+}
+
+/// A dataset without a single AU is a mistake, though everything is on disk to find it.
+void judge_solved_frames(const std::vector<TakeJob>& jobs) {
+  std::uint64_t all_solved = 0;
+  std::string reasons;
+  for (const auto& job : jobs) {
+    const std::uint64_t frames = job.dataset->frame_count(), solved = job.dataset->solved_count();
+    all_solved += solved;
+    if (10 * solved >= 9 * frames) continue;
+    reasons = unsolved_reasons(*job.dataset);
+    fmt::print(stderr, "{}: warning: {} of {} frames have no AUs: {}\n", job.name, frames - solved, frames, reasons);
+  }
+  if (all_solved == 0) throw UserError("dataset", "not one frame could be solved", reasons);
+}
+
+/// A dataset that was given up before any of it was whole leaves no folder.
+struct RemoveIfEmpty {
+  std::filesystem::path folder;
+  ~RemoveIfEmpty() { ::rmdir(folder.c_str()); }
+};
 
 void make_dataset(const DatasetArguments& arguments) {
   const Rig rig = rig_of_argument(arguments.rig);
@@ -193,6 +230,8 @@ void make_dataset(const DatasetArguments& arguments) {
       arguments.config.empty() ? StageConfig{} : load_stage_config(arguments.config, arguments.source);
   std::vector<TakeJob> jobs = name_jobs(arguments);
   begin_dataset_folder(arguments.output);
+  const UnfinishedPath unfinished(arguments.output);
+  const RemoveIfEmpty given_up{arguments.output};
   process_in_parallel(jobs, arguments, rig, stages);
   finish_dataset_folder(
       arguments.output,
@@ -204,8 +243,9 @@ void make_dataset(const DatasetArguments& arguments) {
                              .licence = arguments.licence,
                              .options_toml = print_stage_config(stages)}));
   print_summary(jobs);
-  warn_of_unsolved_frames(jobs);
   fmt::print("dataset: {}\n", arguments.output);
+  std::fflush(stdout);
+  judge_solved_frames(jobs);
 }
 
 }  // namespace
@@ -213,7 +253,7 @@ void make_dataset(const DatasetArguments& arguments) {
 void add_dataset_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("dataset", "solve recorded takes into a FACS-coded dataset folder");
   auto arguments = std::make_shared<DatasetArguments>();
-  command->add_option("takes", arguments->takes, "takes (.c3d, .csv), or \"builtin\"")->required();
+  command->add_option("takes", arguments->takes, kTakeNames)->required();
   command->add_option("--rig", arguments->rig, "rig file, or \"builtin\"")->required();
   command->add_option("-o,--output", arguments->output, "dataset folder to make")->required();
   command->add_flag("--causal", arguments->causal,

@@ -6,6 +6,7 @@
 
 #include "capture/errors.h"
 #include "replay/commands/commands.h"
+#include "replay/commands/number_check.h"
 #include "replay/commands/output_check.h"
 #include "replay/commands/take_arguments.h"
 #include "replay/commands/take_output.h"
@@ -46,7 +47,7 @@ Eigen::Matrix3Xd first_positions(TakeReader& take) {
 }
 
 void spoil(const DefectArguments& arguments) {
-  check_outputs({arguments.take}, {arguments.output, arguments.truth});
+  check_outputs({path_of_take(arguments.take)}, {arguments.output, arguments.truth});
   const auto take = open_take_or_builtin(arguments.take, arguments.take_arguments.options());
   print_warnings(*take);
   MarkerSet set = take->info().markers;
@@ -84,25 +85,25 @@ void add_defects_command(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("defects", "spoil a take: occlusions, false tracks, noise, with the truth of each sample");
   auto arguments = std::make_shared<DefectArguments>();
-  command->add_option("take", arguments->take, "take (.c3d, .csv), or \"builtin\", or \"builtin:SECONDS\"")->required();
+  command->add_option("take", arguments->take, kTakeNames)->required();
   command->add_option("-o,--output", arguments->output, "take to write (.c3d, .csv)")->required();
   command->add_option("--truth", arguments->truth, "CSV to write: frame, one letter per marker");
-  command->add_option("--seed", arguments->seed, "same seed, same bytes")->capture_default_str();
+  command->add_option("--seed", arguments->seed, "same seed, same bytes")->check(whole_number())->capture_default_str();
   DefectOptions& defects = arguments->defects;
   command->add_option("--noise", defects.noise_mm, "white noise, mm per axis")
-      ->check(CLI::Range(0.0, 10.0))
+      ->check(number_between(0.0, 10.0))
       ->capture_default_str();
   command->add_option("--coloured-noise", defects.coloured_noise_mm, "noise that lasts about 0.25 s, mm per axis")
-      ->check(CLI::Range(0.0, 10.0))
+      ->check(number_between(0.0, 10.0))
       ->capture_default_str();
   command->add_option("--occlude", defects.occlusion_share, "share of samples in gaps of single markers")
-      ->check(CLI::Range(0.0, 0.5))
+      ->check(number_between(0.0, 0.5))
       ->capture_default_str();
   command->add_option("--regions", defects.regions_per_minute, "occluded regions of 40 mm, per minute")
-      ->check(CLI::Range(0.0, 60.0))
+      ->check(number_between(0.0, 60.0))
       ->capture_default_str();
   command->add_option("--outliers", defects.false_track_share, "share of visible samples that are false")
-      ->check(CLI::Range(0.0, 0.2))
+      ->check(number_between(0.0, 0.2))
       ->capture_default_str();
   arguments->take_arguments.add_to(*command);
   command->callback([arguments] { spoil(*arguments); });

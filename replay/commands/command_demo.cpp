@@ -14,6 +14,7 @@
 #include "capture/errors.h"
 #include "capture/monotonic_clock.h"
 #include "replay/commands/commands.h"
+#include "replay/commands/number_check.h"
 #include "replay/live/daemon_client.h"
 #include "replay/live/live_table.h"
 
@@ -135,7 +136,7 @@ void add_demo_command(CLI::App& app) {
   auto arguments = std::make_shared<DemoArguments>();
   command->add_option("--daemon", arguments->daemon, "the risoriusd program")->capture_default_str();
   command->add_option("--seconds", arguments->seconds, "length of the performance")
-      ->check(CLI::Range(1.0, 3600.0))
+      ->check(number_between(1.0, 3600.0))
       ->capture_default_str();
   command->add_option("-o,--output", arguments->output, "folder to make (default: build/demo/DATE-TIME)");
   command->callback([arguments] { run_demo(*arguments); });

@@ -5,6 +5,7 @@
 
 #include "capture/errors.h"
 #include "replay/commands/commands.h"
+#include "replay/commands/number_check.h"
 #include "replay/commands/output_check.h"
 #include "replay/commands/rig_argument.h"
 #include "replay/commands/take_output.h"
@@ -134,19 +135,19 @@ void add_perform_command(CLI::App& app) {
   command
       ->add_option("--au-rate", arguments->au_rate_hz,
                    "frames per second of --au (default: what its timecodes say; of an AU CSV, --rate)")
-      ->check(CLI::Range(1.0, 2000.0));
+      ->check(number_between(1.0, 2000.0));
   command->add_option("--arkit-table", arguments->arkit_table, "ARKit table to use (default: the one built in)");
   command
       ->add_option("--seconds", arguments->seconds, "length (default: the whole of --au, expressions or rom; else 60)")
-      ->check(CLI::Range(0.01, 86400.0));
+      ->check(number_between(0.01, 86400.0));
   command->add_option("--rate", options.rate_hz, "frames per second")
-      ->check(CLI::Range(1.0, 2000.0))
+      ->check(number_between(1.0, 2000.0))
       ->capture_default_str();
   command->add_option("--noise", options.noise_mm, "white noise, mm per axis")
-      ->check(CLI::Range(0.0, 10.0))
+      ->check(number_between(0.0, 10.0))
       ->capture_default_str();
   command->add_option("--coloured-noise", options.coloured_noise_mm, "noise that lasts about 0.25 s, mm per axis")
-      ->check(CLI::Range(0.0, 10.0))
+      ->check(number_between(0.0, 10.0))
       ->capture_default_str();
   command->add_flag("--occlude", arguments->occlude, "3 % occlusions, and two occluded regions a minute");
   command->add_flag("--outliers", arguments->outliers, "0.5 % jumps, ghosts and swaps");
@@ -154,12 +155,12 @@ void add_perform_command(CLI::App& app) {
                     "another person than the rig: identity, basis, marker places, sliding skin");
   command->add_flag("--pure", arguments->pure, "rom without co-activation: each AU really alone");
   command->add_option("--amplitude", options.amplitude, "of rom, times the peaks of the dynamics table")
-      ->check(CLI::Range(0.1, 4.0))
+      ->check(number_between(0.1, 4.0))
       ->capture_default_str();
-  command->add_option("--head", options.head_motion, "head motion, 0 to 3")->check(CLI::Range(0.0, 3.0));
+  command->add_option("--head", options.head_motion, "head motion, 0 to 3")->check(number_between(0.0, 3.0));
   command->add_option("--micro-motion", options.micro_motion, "micro-motion and drift of the rest, 0 to 3")
-      ->check(CLI::Range(0.0, 3.0));
-  command->add_option("--seed", options.seed, "same seed, same bytes")->capture_default_str();
+      ->check(number_between(0.0, 3.0));
+  command->add_option("--seed", options.seed, "same seed, same bytes")->check(whole_number())->capture_default_str();
   command->add_option("-o,--output", arguments->output, "take to write (.c3d, .csv)")->required();
   command->add_option("--truth", arguments->truth,
                       "AU CSV to write; NAME.pose.csv, NAME.markers.csv and NAME.cues.csv come beside it");

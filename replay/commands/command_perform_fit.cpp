@@ -7,6 +7,7 @@
 #include "capture/errors.h"
 #include "replay/atomic_file.h"
 #include "replay/commands/commands.h"
+#include "replay/commands/number_check.h"
 #include "replay/performer/dynamics_fit.h"
 #include "replay/progress_line.h"
 #include "replay/takes/arkit_aus.h"
@@ -84,13 +85,15 @@ void add_perform_fit_command(CLI::App& app) {
   command->add_option("series", arguments->series, "Live Link Face CSV or AU CSV of a range of motion")->required();
   command->add_option("-o,--output", arguments->output, "dynamics table to write (JSON)")->required();
   command->add_option("--rate", arguments->rate_hz, "frames per second (default: what the timecodes say)")
-      ->check(CLI::Range(1.0, 2000.0));
+      ->check(number_between(1.0, 2000.0));
   command->add_option("--credit", arguments->credit, "who made the recording; goes into the table");
   command->add_option("--licence", arguments->licence, "of the recording; goes into the table");
   command->add_option("--rounds", arguments->options.rounds, "of simulated moments")
-      ->check(CLI::Range(1, 1000))
+      ->check(number_between(1, 1000))
       ->capture_default_str();
-  command->add_option("--seed", arguments->options.seed, "same seed, same bytes")->capture_default_str();
+  command->add_option("--seed", arguments->options.seed, "same seed, same bytes")
+      ->check(whole_number())
+      ->capture_default_str();
   command->callback([arguments] { fit(*arguments); });
 }
 

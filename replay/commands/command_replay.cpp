@@ -38,18 +38,24 @@ double speed_of(const std::string& text) {
 struct LoopClock {
   std::uint64_t sequence_offset = 0;
   std::int64_t time_offset_ns = 0;
-  std::uint64_t last_sequence = 0;
-  std::int64_t last_time_ns = 0;
+  std::uint64_t first_sequence = 0, last_sequence = 0;
+  std::int64_t first_time_ns = 0, last_time_ns = 0;
+  bool begun = false;
 
   void place(MarkerFrame& frame) {
+    if (!begun) {
+      first_sequence = frame.header.sequence;
+      first_time_ns = frame.header.capture_time_ns;
+      begun = true;
+    }
     frame.header.sequence += sequence_offset;
     frame.header.capture_time_ns += time_offset_ns;
     last_sequence = frame.header.sequence;
     last_time_ns = frame.header.capture_time_ns;
   }
   void begin_round(double rate_hz) {
-    sequence_offset = last_sequence + 1;
-    time_offset_ns = last_time_ns + capture_time_of(1, rate_hz);
+    sequence_offset = last_sequence + 1 - first_sequence;
+    time_offset_ns = last_time_ns + capture_time_of(1, rate_hz) - first_time_ns;
   }
 };
 
@@ -105,7 +111,7 @@ void add_replay_command(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("replay", "stream a take to risoriusd, or to anybody who reads the native protocol");
   auto arguments = std::make_shared<ReplayArguments>();
-  command->add_option("take", arguments->take, "take (.c3d, .csv), or \"builtin\", or \"builtin:SECONDS\"")->required();
+  command->add_option("take", arguments->take, kTakeNames)->required();
   command->add_option("--to", arguments->target, "udp://HOST:PORT or zmq+tcp://HOST:PORT")->required();
   command
       ->add_option("--speed", arguments->speed,

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <map>
 #include <memory>
 #include <vector>
 
@@ -39,9 +40,14 @@ NamedTake parse_named_take(const std::string& text) {
 
 std::vector<CalibrationRecording> read_recordings(const CalibrateArguments& arguments, const Rig& fitted) {
   std::vector<CalibrationRecording> recordings;
+  std::map<std::string, std::string> au_of_take;
   ProgressLine progress("reading the recordings", "takes");
   for (const std::string& text : arguments.aus) {
     const auto [au, name] = parse_named_take(text);
+    if (const auto [other, is_new] = au_of_take.emplace(name, au); !is_new) {
+      throw UserError("--au " + text, fmt::format("{} is given for {} already", name, other->second),
+                      "each AU needs a recording, or a stretch of one (TAKE:FROM-TO), of its own");
+    }
     const TakeRange range = parse_take_range(name);
     check_outputs({range.path}, {arguments.fit.output});
     if (!parse_au_name(au) && std::ranges::find(fitted.aus, au, &RigAu::name) == fitted.aus.end()) {

@@ -10,6 +10,7 @@
 #include "capture/errors.h"
 #include "capture/monotonic_clock.h"
 #include "replay/commands/commands.h"
+#include "replay/commands/number_check.h"
 #include "replay/live/daemon_client.h"
 #include "replay/live/live_table.h"
 
@@ -47,7 +48,7 @@ void add_watch_command(CLI::App& app) {
   auto seconds = std::make_shared<double>(0);
   command->add_option("--connect", *endpoint, "the daemon's [output] publish address")->capture_default_str();
   command->add_option("--seconds", *seconds, "end after so long; 0 = until interrupted")
-      ->check(CLI::Range(0.0, 1e9))
+      ->check(number_between(0.0, 1e9))
       ->capture_default_str();
   command->callback([endpoint, seconds] { watch(*endpoint, *seconds); });
 }

@@ -6,6 +6,8 @@
 
 #include "capture/version.h"
 #include "replay/commands/commands.h"
+#include "replay/commands/unknown_subcommand.h"
+#include "replay/unfinished_paths.h"
 
 int main(int argc, char** argv) {
   CLI::App app("Risorius: facial motion capture to FACS action units, offline tools. The live service is risoriusd.");
@@ -20,7 +22,9 @@ int main(int argc, char** argv) {
   risorius::add_dataset_command(app);
   risorius::add_watch_command(app);
   risorius::add_control_command(app);
+  risorius::remove_unfinished_paths_on_signals();
   try {
+    risorius::refuse_unknown_subcommand(app, argc, argv);
     app.parse(argc, argv);
     return 0;
   } catch (const CLI::ParseError& error) {

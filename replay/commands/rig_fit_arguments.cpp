@@ -13,6 +13,8 @@
 namespace risorius {
 namespace {
 
+constexpr std::uint64_t kFewFrames = 10;
+
 /// Without a range the whole take is the neutral.
 std::uint64_t last_frame_of(TakeReader& take, const TakeRange& range) {
   if (range.last) return *range.last;
@@ -47,6 +49,12 @@ RigFitResult RigFitArguments::fit() const {
   const auto reader = open_take_or_builtin(range.path.string(), take.options());
   print_warnings(*reader);
   const Neutral positions = neutral_of(*reader, range.first.value_or(0), last_frame_of(*reader, range));
+  if (positions.frame_count < kFewFrames) {
+    fmt::print(
+        stderr,
+        "{}: warning: a neutral of {} frame{} carries the noise of single frames into every AU; give {} or more\n",
+        neutral, positions.frame_count, positions.frame_count == 1 ? "" : "s", kFewFrames);
+  }
   RigFitResult result = fit_rig(face_of_argument(face), positions.marker_names, positions.position_mm, map);
   result.rig.name = name.empty() ? std::filesystem::path(output).stem().string() : name;
   result.rig.source = fmt::format("face {}, neutral {}, {} frames, landmarks {}",

@@ -6,7 +6,9 @@
 #include <fmt/format.h>
 
 #include "capture/errors.h"
+#include "replay/commands/number_check.h"
 #include "replay/performer/performer.h"
+#include "replay/takes/range_take.h"
 #include "solve/faces/builtin_face.h"
 
 namespace risorius {
@@ -37,7 +39,7 @@ void TakeArguments::add_to(CLI::App& command) {
                      "directions of the take's x y z: three of L R U D F B (default LUF: x to the subject's left, y "
                      "up, z out of the face)");
   command.add_option("--rate", rate_hz, "frames per second (default: what the file says)")
-      ->check(CLI::Range(0.01, 1e5));
+      ->check(number_between(0.01, 1e5));
 }
 
 TakeOptions TakeArguments::options() const {
@@ -55,10 +57,20 @@ TakeOptions TakeArguments::options() const {
 }
 
 std::unique_ptr<TakeReader> open_take_or_builtin(const std::string& name, const TakeOptions& options) {
-  if (name != kBuiltin && !name.starts_with("builtin:")) return open_take(name, options);
+  if (name != kBuiltin && !name.starts_with("builtin:")) {
+    const TakeRange range = parse_take_range(name);
+    auto take = open_take(range.path, options);
+    if (!range.first) return take;
+    return std::make_unique<RangeTake>(std::move(take), *range.first, *range.last);
+  }
   PerformerOptions performance{.seconds = seconds_of(name)};
   if (options.rate_hz) performance.rate_hz = *options.rate_hz;
   return std::make_unique<PerformerTake>(builtin_rig(), performance);
+}
+
+std::filesystem::path path_of_take(const std::string& name) {
+  if (name == kBuiltin || name.starts_with("builtin:")) return kBuiltin;
+  return parse_take_range(name).path;
 }
 
 void print_warnings(const TakeReader& take) {

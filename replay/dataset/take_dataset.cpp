@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <unistd.h>
 
 #include "capture/errors.h"
 #include "capture/frame_words.h"
@@ -28,6 +29,7 @@ TakeDataset::TakeDataset(const std::filesystem::path& folder, const MarkerSet& m
                          TakeDatasetOptions options)
     : folder_(folder),
       partial_folder_(folder.string() + kUnfinishedTake),
+      unfinished_(partial_folder_),
       markers_(markers),
       rig_(rig),
       options_(std::move(options)),
@@ -42,7 +44,14 @@ TakeDataset::TakeDataset(const std::filesystem::path& folder, const MarkerSet& m
   if (markers.rate_hz > 0) open_files(markers.rate_hz);
 }
 
-TakeDataset::~TakeDataset() = default;
+/// A take that was given up leaves what is whole; nothing at all if nothing is.
+TakeDataset::~TakeDataset() {
+  if (finished_) return;
+  c3d_.reset();
+  au_csv_.reset();
+  for (auto* file : {&au_sd_csv_, &pose_csv_, &quality_csv_}) file->reset();
+  ::rmdir(partial_folder_.c_str());  // only if it is empty
+}
 
 void TakeDataset::open_files(double rate_hz) {
   rate_hz_ = rate_hz;
@@ -104,7 +113,7 @@ void TakeDataset::write_row(const SolvedFrame& frame) {
   write_quality(frame, time_s);
   find_episodes(frame.aus);
   energy_.add(frame);
-  if (frame.aus.status == SolverStatus::kConverged) ++solved_count_;
+  ++status_counts_[static_cast<std::size_t>(frame.aus.status)];
   largest_kkt_residual_ = std::max(largest_kkt_residual_, frame.aus.kkt_residual);
   last_header_ = header;
   next_sequence_ = header.sequence + 1;
@@ -219,7 +228,7 @@ void TakeDataset::write_take_json() {
   json["source"] = options_.source;
   json["rate_hz"] = rate_hz_;
   json["frames"] = frame_count_;
-  json["solved_frames"] = solved_count_;
+  json["solved_frames"] = solved_count();
   json["lost_frames"] = lost_count_;
   json["first_sequence"] = first_sequence_;
   json["first_capture_time_ns"] = first_capture_time_ns_;

@@ -4,6 +4,7 @@
 // the way are there as missing.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -51,7 +52,11 @@ class TakeDataset {
   const std::filesystem::path& folder() const noexcept { return folder_; }
   std::uint64_t frame_count() const noexcept { return frame_count_; }
   std::uint64_t lost_count() const noexcept { return lost_count_; }
-  std::uint64_t solved_count() const noexcept { return solved_count_; }
+  std::uint64_t solved_count() const noexcept { return status_count(SolverStatus::kConverged); }
+  /// Of the frames that came.
+  std::uint64_t status_count(SolverStatus status) const noexcept {
+    return status_counts_[static_cast<std::size_t>(status)];
+  }
   std::uint64_t filled_count() const noexcept { return filled_count_; }
   std::uint64_t sample_count() const noexcept { return sample_count_; }
   double largest_kkt_residual() const noexcept { return largest_kkt_residual_; }
@@ -70,6 +75,7 @@ class TakeDataset {
   void write_take_json();
 
   std::filesystem::path folder_, partial_folder_;
+  UnfinishedPath unfinished_;
   MarkerSet markers_;
   Rig rig_;
   TakeDatasetOptions options_;
@@ -85,8 +91,9 @@ class TakeDataset {
   std::uint64_t first_sequence_ = 0, next_sequence_ = 0;
   std::int64_t first_capture_time_ns_ = 0;
   FrameHeader last_header_;
-  std::uint64_t frame_count_ = 0, lost_count_ = 0, solved_count_ = 0, filled_count_ = 0, rejected_count_ = 0,
-                missing_count_ = 0, sample_count_ = 0;
+  std::uint64_t frame_count_ = 0, lost_count_ = 0, filled_count_ = 0, rejected_count_ = 0, missing_count_ = 0,
+                sample_count_ = 0;
+  std::array<std::uint64_t, kSolverStatusCount> status_counts_{};
   double largest_kkt_residual_ = 0;
   bool finished_ = false;
 };

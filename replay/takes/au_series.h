@@ -9,6 +9,9 @@
 
 namespace risorius {
 
+/// What an intensity in a file can be; beyond, the column holds something else.
+inline constexpr double kLeastIntensity = -0.2, kMostIntensity = 2;
+
 struct AuSeries {
   std::vector<std::string> names;
   std::vector<std::uint64_t> frames;             ///< F, as the file counts; growing

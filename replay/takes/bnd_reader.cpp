@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
 #include <cmath>
 #include <fmt/format.h>
 #include <fstream>
+#include <optional>
 #include <sstream>
 
 #include "capture/errors.h"
@@ -49,9 +51,45 @@ std::vector<std::filesystem::path> files_of(const std::filesystem::path& path) {
   return files;
 }
 
+/// The last number in the file's name.
+std::optional<std::uint64_t> number_of(const std::filesystem::path& path) {
+  const std::string name = path.stem().string();
+  const std::size_t last = name.find_last_of("0123456789");
+  if (last == std::string::npos) return {};
+  const std::size_t before = name.find_last_not_of("0123456789", last);
+  const std::size_t begin = before == std::string::npos ? 0 : before + 1;
+  std::uint64_t number = 0;
+  const auto [end, error] = std::from_chars(name.data() + begin, name.data() + last + 1, number);
+  return error == std::errc() ? std::optional(number) : std::nullopt;
+}
+
+/// From 0, as the files are numbered: a number that lacks is a lost frame. Files without numbers follow each other.
+std::vector<std::uint64_t> sequence_of(const std::vector<std::filesystem::path>& files) {
+  std::vector<std::uint64_t> sequence{0};
+  for (std::size_t i = 1; i < files.size(); ++i) {
+    const auto before = number_of(files[i - 1]), number = number_of(files[i]);
+    if (!before || !number) {
+      sequence.push_back(sequence.back() + 1);
+      continue;
+    }
+    const std::string place = files[i].string();
+    if (*number <= *before) {
+      throw UserError(place, fmt::format("has the number {} after {}", *number, files[i - 1].filename().string()),
+                      "number the files of a take once each; keep other takes in folders of their own");
+    }
+    if (*number - *before > kLongestLeap) {
+      throw UserError(place, fmt::format("the numbers leap from {} to {}", *before, *number),
+                      fmt::format("at most {} lost frames in a row are read", kLongestLeap));
+    }
+    sequence.push_back(sequence.back() + *number - *before);
+  }
+  return sequence;
+}
+
 }  // namespace
 
-BndReader::BndReader(const std::filesystem::path& path, const TakeOptions& options) : files_(files_of(path)) {
+BndReader::BndReader(const std::filesystem::path& path, const TakeOptions& options)
+    : files_(files_of(path)), sequence_(sequence_of(files_)) {
   info_.path = path;
   info_.markers.mm_per_unit = options.mm_per_unit.value_or(1);
   info_.markers.axes = options.axes.value_or(Axes());
@@ -82,8 +120,8 @@ std::vector<BndReader::Landmark> BndReader::read_landmarks(const std::filesystem
     while (words >> word) values.push_back(parse_double(word).value_or(INFINITY));
     const bool is_landmark = values.size() == 4 && std::ranges::none_of(values, [](double v) { return std::isinf(v); });
     if (!is_landmark || values[0] != std::floor(values[0]) || !(values[0] >= 0 && values[0] < 10'000)) {
-      throw UserError(fmt::format("{}, line {}", file.string(), line_number), fmt::format("'{}' is no landmark", line),
-                      "each line holds index, x, y and z");
+      throw UserError(fmt::format("{}, line {}", file.string(), line_number),
+                      fmt::format("'{}' is no landmark", shown(line)), "each line holds index, x, y and z");
     }
     landmarks.push_back({static_cast<int>(values[0]), values[1], values[2], values[3]});
   }
@@ -100,8 +138,8 @@ bool BndReader::next(MarkerFrame& frame) {
                     "all files of a take have the same landmarks");
   }
   frame = MarkerFrame();
-  frame.header.sequence = next_;
-  frame.header.capture_time_ns = capture_time_of(next_, info_.markers.rate_hz);
+  frame.header.sequence = sequence_[next_];
+  frame.header.capture_time_ns = capture_time_of(sequence_[next_], info_.markers.rate_hz);
   frame.count = static_cast<std::uint32_t>(indices_.size());
   const double scale = info_.markers.mm_per_unit;
   for (std::size_t i = 0; i < indices_.size(); ++i) {
@@ -112,6 +150,12 @@ bool BndReader::next(MarkerFrame& frame) {
                       "all files of a take have the same landmarks in the same order");
     }
     if (std::isnan(landmark.x) || std::isnan(landmark.y) || std::isnan(landmark.z)) continue;
+    for (const double value : {landmark.x, landmark.y, landmark.z}) {
+      if (std::abs(value * scale) <= kFarthestMm) continue;
+      throw UserError(fmt::format("{}, landmark {}", files_[next_].string(), landmark.index),
+                      fmt::format("{} is more than a kilometre away", value),
+                      "correct the number, or the unit (--units)");
+    }
     frame.state[i] = MarkerState::kMeasured;
     frame.position_mm[i] =
         info_.markers.axes.to_world(static_cast<float>(landmark.x * scale), static_cast<float>(landmark.y * scale),

@@ -1,5 +1,6 @@
 // The landmarks of BU-4DFE (Binghamton): one .bnd file per frame with lines `index x y z`, the same indices in each. A
-// folder of them is a take, in the order of the numbers in their names; a single file is a take of one frame.
+// folder of them is a take, in the order of the numbers in their names, a lacking number being a lost frame; a single
+// file is a take of one frame.
 #pragma once
 
 #include <filesystem>
@@ -30,6 +31,7 @@ class BndReader final : public TakeReader {
 
   TakeInfo info_;
   std::vector<std::filesystem::path> files_;
+  std::vector<std::uint64_t> sequence_;  ///< of the files, from 0
   std::vector<int> indices_;
   std::size_t next_ = 0;
 };

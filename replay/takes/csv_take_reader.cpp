@@ -1,8 +1,10 @@
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
 #include <unordered_map>
+#include <utility>
 
 #include "capture/errors.h"
 #include "replay/takes/csv_take.h"
@@ -14,16 +16,18 @@ constexpr double kNanosecondsPerSecond = 1e9;
 /// Times are often written with six digits, so each may be off by half a microsecond, and by as much at the start.
 constexpr std::int64_t kPrintedTimeError_ns = 1'001;
 
-/// The grid that all times lie on: time = start + (start_index + i) / rate.
+/// The grid that all times lie on: time = start + (start_index + number) / rate, frames numbered from 0.
 struct TimeGrid {
   double rate_hz = 0;
   std::int64_t start_time_ns = 0;
   std::uint64_t start_index = 0;
 };
 
-bool lies_on(const std::vector<std::int64_t>& times_ns, const TimeGrid& grid) {
+bool lies_on(const CsvTakeTimes& times, const TimeGrid& grid) {
+  const auto& times_ns = times.times_ns;
   for (std::size_t i = 0; i < times_ns.size(); ++i) {
-    const std::int64_t expected = grid.start_time_ns + capture_time_of(grid.start_index + i, grid.rate_hz);
+    const std::int64_t expected =
+        grid.start_time_ns + capture_time_of(grid.start_index + times.number_of(i), grid.rate_hz);
     if (std::abs(times_ns[i] - expected) > kPrintedTimeError_ns) return false;
   }
   return true;
@@ -39,26 +43,30 @@ TimeGrid grid_from(std::int64_t first_ns, double rate_hz) {
 }
 
 /// At least two times, growing. Empty if the steps are not equal.
-std::optional<TimeGrid> find_grid(const std::vector<std::int64_t>& times_ns) {
+std::optional<TimeGrid> find_grid(const CsvTakeTimes& times) {
+  const auto& times_ns = times.times_ns;
   const double mean_step_s = static_cast<double>(times_ns.back() - times_ns.front()) / kNanosecondsPerSecond /
-                             static_cast<double>(times_ns.size() - 1);
+                             static_cast<double>(times.number_of(times_ns.size() - 1));
   const double rate = 1 / mean_step_s;
   // The rate was a simple number before it was printed as times.
   for (const double candidate :
        {std::round(rate), std::round(rate) * 1000 / 1001, std::round(rate * 100) / 100, rate}) {
     if (!(candidate > 0) || !std::isfinite(candidate)) continue;
     const TimeGrid grid = grid_from(times_ns.front(), candidate);
-    if (lies_on(times_ns, grid)) return grid;
+    if (lies_on(times, grid)) return grid;
   }
   return {};
 }
 
-double median_step_rate_hz(const std::vector<std::int64_t>& times_ns) {
-  std::vector<std::int64_t> steps(times_ns.size() - 1);
-  for (std::size_t i = 0; i + 1 < times_ns.size(); ++i) steps[i] = times_ns[i + 1] - times_ns[i];
+double median_step_rate_hz(const CsvTakeTimes& times) {
+  std::vector<double> steps(times.times_ns.size() - 1);
+  for (std::size_t i = 0; i + 1 < times.times_ns.size(); ++i) {
+    steps[i] = static_cast<double>(times.times_ns[i + 1] - times.times_ns[i]) /
+               static_cast<double>(times.number_of(i + 1) - times.number_of(i));
+  }
   const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
   std::nth_element(steps.begin(), middle, steps.end());
-  return kNanosecondsPerSecond / static_cast<double>(*middle);
+  return kNanosecondsPerSecond / *middle;
 }
 
 constexpr std::size_t kNoColumn = std::numeric_limits<std::size_t>::max();
@@ -94,7 +102,10 @@ void CsvTakeReader::assign_columns() {
   for (std::size_t column = 0; column < file_.columns().size(); ++column) {
     const std::string& title = file_.columns()[column];
     const std::size_t axis = axis_of(title);
-    if (lower(title) == "frame") continue;
+    if (lower(title) == "frame") {
+      frame_column_ = column;
+      continue;
+    }
     if (lower(title) == "time_s") {
       if (time_column_) fail_in_header(title, "stands twice", "keep one");
       time_column_ = column;
@@ -131,12 +142,40 @@ void CsvTakeReader::fail_in_header(const std::string& column, const std::string&
   throw UserError(info_.path.string() + ", line 1, column " + column, problem, remedy);
 }
 
-std::vector<std::int64_t> CsvTakeReader::scan_times() {
+/// Frame numbers that leap are lost frames.
+std::uint64_t CsvTakeReader::read_frame_number(const std::optional<std::uint64_t>& last) const {
+  const std::string_view cell = file_.cell(*frame_column_);
+  std::uint64_t number = 0;
+  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), number);
+  if (error != std::errc() || end != cell.data() + cell.size() || number > std::uint64_t{1} << 53U) {
+    file_.fail_at(*frame_column_, fmt::format("'{}' is no frame number", shown(cell)),
+                  "number the frames from 0, in whole numbers");
+  }
+  if (last && number <= *last) {
+    file_.fail_at(*frame_column_, fmt::format("frame {} does not come after frame {}", number, *last),
+                  "sort the lines by frame, and remove duplicates");
+  }
+  if (last && number - *last > kLongestLeap) {
+    file_.fail_at(*frame_column_, fmt::format("the frame numbers leap from {} to {}", *last, number),
+                  fmt::format("correct the number, or cut the take in two: at most {} lost frames in a row are read",
+                              kLongestLeap));
+  }
+  return number;
+}
+
+CsvTakeTimes CsvTakeReader::scan_times() {
   constexpr double kLatest_s = 9e9;
-  std::vector<std::int64_t> times_ns;
+  CsvTakeTimes times;
+  std::vector<std::int64_t>& times_ns = times.times_ns;
   std::uint64_t frames = 0;
+  std::optional<std::uint64_t> first_number, last_number;
   file_.rewind();
   for (; file_.next_row(); ++frames) {
+    if (frame_column_) {
+      last_number = read_frame_number(last_number);
+      if (!first_number) first_number = last_number;
+      times.numbers.push_back(*last_number - *first_number);
+    }
     if (!time_column_) continue;
     const auto time_s = parse_double(file_.cell(*time_column_));
     if (!time_s || !(std::abs(*time_s) < kLatest_s)) file_.fail_at(*time_column_, "give the time in seconds");
@@ -147,10 +186,13 @@ std::vector<std::int64_t> CsvTakeReader::scan_times() {
   }
   if (frames == 0) throw UserError(info_.path.string(), "no frames after the header", "export the take again");
   info_.frame_count = frames;
-  return times_ns;
+  if (!times.numbers.empty() && times.numbers.back() + 1 == frames) times.numbers.clear();  // none is lost
+  return times;
 }
 
-void CsvTakeReader::settle_times(std::vector<std::int64_t> times_ns, const std::optional<double>& given_rate_hz) {
+void CsvTakeReader::settle_times(CsvTakeTimes times, const std::optional<double>& given_rate_hz) {
+  std::vector<std::int64_t>& times_ns = times.times_ns;
+  numbers_ = times.numbers;
   if (given_rate_hz) {
     if (!(*given_rate_hz > 0) || !std::isfinite(*given_rate_hz))
       throw UserError(info_.path.string(), fmt::format("the rate given is {} Hz", *given_rate_hz),
@@ -161,13 +203,13 @@ void CsvTakeReader::settle_times(std::vector<std::int64_t> times_ns, const std::
   if (times_ns.size() < 2)
     throw UserError(info_.path.string(), time_column_ ? "one frame has no rate" : "there is no column time_s",
                     "give the rate of the take");
-  if (const auto grid = find_grid(times_ns)) {
+  if (const auto grid = find_grid(times)) {
     info_.markers.rate_hz = grid->rate_hz;
     start_time_ns_ = grid->start_time_ns;
     start_index_ = grid->start_index;
     return;
   }
-  info_.markers.rate_hz = median_step_rate_hz(times_ns);
+  info_.markers.rate_hz = median_step_rate_hz(times);
   info_.warnings.push_back(
       fmt::format("the steps of time_s are not equal: the times are kept, the rate is {:.6g} Hz after their median",
                   info_.markers.rate_hz));
@@ -179,13 +221,18 @@ bool CsvTakeReader::next(MarkerFrame& frame) {
   if (next_index_ == *info_.frame_count)
     throw UserError(file_.place(), "the file grew while it was read", "wait until it is complete");
   frame = MarkerFrame();
-  frame.header.sequence = next_index_;
+  frame.header.sequence = number_of(next_index_);
   frame.header.capture_time_ns = capture_time_ns();
   frame.count = static_cast<std::uint32_t>(columns_of_marker_.size());
   for (std::size_t i = 0; i < columns_of_marker_.size(); ++i) {
     const auto& [x, y, z] = columns_of_marker_[i];
     const float x_mm = read_coordinate_mm(x), y_mm = read_coordinate_mm(y), z_mm = read_coordinate_mm(z);
     if (std::isnan(x_mm) || std::isnan(y_mm) || std::isnan(z_mm)) continue;
+    for (const auto& [column, value_mm] : {std::pair{x, x_mm}, {y, y_mm}, {z, z_mm}}) {
+      if (std::abs(value_mm) <= kFarthestMm) continue;
+      file_.fail_at(column, fmt::format("'{}' is more than a kilometre away", shown(file_.cell(column))),
+                    "correct the number, or the unit (--units)");
+    }
     frame.state[i] = MarkerState::kMeasured;
     frame.position_mm[i] = info_.markers.axes.to_world(x_mm, y_mm, z_mm);
   }
@@ -214,7 +261,7 @@ float CsvTakeReader::read_coordinate_mm(std::size_t column) const {
 
 std::int64_t CsvTakeReader::capture_time_ns() const noexcept {
   if (!irregular_times_ns_.empty()) return irregular_times_ns_[next_index_];
-  return start_time_ns_ + capture_time_of(start_index_ + next_index_, info_.markers.rate_hz);
+  return start_time_ns_ + capture_time_of(start_index_ + number_of(next_index_), info_.markers.rate_hz);
 }
 
 }  // namespace risorius

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <fmt/format.h>
 #include <limits>
 
 #include "capture/errors.h"
@@ -84,8 +85,11 @@ bool CsvFile::next_row() {
 std::string CsvFile::place() const { return path_.string() + ", line " + std::to_string(line_number_); }
 
 void CsvFile::fail_at(std::size_t column, const std::string& remedy) const {
-  throw UserError(place() + ", column " + columns_[column], "'" + std::string(cells_[column]) + "' is no number",
-                  remedy);
+  fail_at(column, fmt::format("'{}' is no number", shown(cells_[column])), remedy);
+}
+
+void CsvFile::fail_at(std::size_t column, const std::string& problem, const std::string& remedy) const {
+  throw UserError(place() + ", column " + shown(columns_[column]), problem, remedy);
 }
 
 void CsvFile::split_line() {

@@ -26,7 +26,9 @@ class CsvFile {
   std::string_view cell(std::size_t column) const noexcept { return cells_[column]; }
   /// "FILE, line N" of the current row.
   std::string place() const;
+  /// Throws UserError: the cell is no number.
   [[noreturn]] void fail_at(std::size_t column, const std::string& remedy) const;
+  [[noreturn]] void fail_at(std::size_t column, const std::string& problem, const std::string& remedy) const;
   /// Back to the first row.
   void rewind();
 

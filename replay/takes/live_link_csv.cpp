@@ -16,7 +16,6 @@ namespace risorius {
 namespace {
 
 constexpr std::array kBases{24.0, 25.0, 30.0, 48.0, 50.0, 60.0, 100.0, 120.0, 240.0};
-constexpr double kLeast = -0.2, kMost = 1.5;  // what a shape can be; beyond, the column is no shape
 constexpr double kDayS = 86400;
 constexpr std::size_t kRotations = 9;  // head and eyes: radians, at the end of the header
 
@@ -107,26 +106,26 @@ double value_at(const CsvFile& file, std::size_t column) {
   if (file.cell(column).empty()) return std::numeric_limits<double>::quiet_NaN();
   const auto value = parse_double(file.cell(column));
   if (!value) file.fail_at(column, "write a number with a decimal point, or leave it empty");
-  if (*value < kLeast || *value > kMost)
-    file.fail_at(column, fmt::format("a shape's value is about 0 to 1 (accepted: {} to {})", kLeast, kMost));
+  if (*value < kLeastIntensity || *value > kMostIntensity)
+    file.fail_at(column,
+                 fmt::format("a shape's value is about 0 to 1 (accepted: {} to {})", kLeastIntensity, kMostIntensity));
   return *value;
 }
 
 /// Beyond this a leap is a wrong timecode, not a loss: a quarter of an hour at 60 Hz.
 constexpr std::uint64_t kLongestLeap = 54'000;
 
-/// Numbers the frames on the grid of the clock's steps.
+/// Each frame so many numbers after the one before as the clock's steps fit between them: uneven steps that add up to a
+/// place beyond the next one are no hole.
 void number_frames(const std::vector<Timecode>& codes, const Clock& clock, const std::vector<std::string>& places,
                    LiveLinkTake& take) {
   const std::vector<double> steps = steps_in(codes, clock.base);
-  double units = 0;
   std::uint64_t holes = 0, lost = 0, frame = 0;
   take.shapes.frames.push_back(0);
   for (std::size_t i = 0; i < steps.size(); ++i) {
     if (steps[i] <= 0)
       throw UserError(places[i + 1], "the timecode does not grow", "is the file complete and in its order?");
-    units += steps[i];
-    const auto next = std::max(frame + 1, static_cast<std::uint64_t>(std::llround(units / clock.step)));
+    const auto next = frame + static_cast<std::uint64_t>(std::max(1LL, std::llround(steps[i] / clock.step)));
     if (next > frame + 1) {
       if (next - frame > kLongestLeap) {
         throw UserError(places[i + 1], fmt::format("the timecode leaps by {} frames", next - frame),

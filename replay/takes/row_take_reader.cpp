@@ -15,8 +15,6 @@ constexpr std::string_view kBlanks = " \t";
 constexpr std::size_t kFrameCell = 0, kTimeCell = 1;
 /// Times are printed with few digits; a rate this near a whole number is that number.
 constexpr double kWholeRate = 2e-3;
-/// Beyond this a leap is a wrong number, not a loss: a quarter of an hour at 120 Hz.
-constexpr std::uint64_t kLongestLeap = 108'000;
 
 std::string_view trimmed(std::string_view text) {
   const std::size_t begin = text.find_first_not_of(kBlanks);
@@ -138,7 +136,7 @@ void RowTakeReader::scan_rows(double rate_hz) {
 std::uint64_t RowTakeReader::frame_number() const {
   const double number = number_at(kFrameCell);
   if (!(number >= 0 && number < 1e15) || number != std::floor(number)) {
-    throw UserError(place(), fmt::format("'{}' is no frame number", cells_[kFrameCell]),
+    throw UserError(place(), fmt::format("'{}' is no frame number", shown(cells_[kFrameCell])),
                     "the first cell of a line is the number of the frame");
   }
   return static_cast<std::uint64_t>(number);
@@ -147,8 +145,8 @@ std::uint64_t RowTakeReader::frame_number() const {
 double RowTakeReader::number_at(std::size_t cell) const {
   const auto value = parse_double(cells_[cell]);
   if (!value || std::isinf(*value)) {
-    throw UserError(fmt::format("{}, cell {}", place(), cell + 1), fmt::format("'{}' is no number", cells_[cell]),
-                    "write a number with a decimal point");
+    throw UserError(fmt::format("{}, cell {}", place(), cell + 1),
+                    fmt::format("'{}' is no number", shown(cells_[cell])), "write a number with a decimal point");
   }
   return *value;
 }
@@ -167,12 +165,20 @@ void RowTakeReader::read_marker(std::size_t marker, MarkerFrame& frame) const {
   }
   if (empty == 3) return;
   if (empty > 0) {
-    throw UserError(place(), fmt::format("marker {} has {} of 3 coordinates", info_.markers.names[marker], 3 - empty),
+    throw UserError(place(),
+                    fmt::format("marker {} has {} of 3 coordinates", shown(info_.markers.names[marker]), 3 - empty),
                     "the line is cut short, or a cell was lost");
   }
   const bool is_zero = value[0] == 0 && value[1] == 0 && value[2] == 0;
   if (is_zero || std::isnan(value[0]) || std::isnan(value[1]) || std::isnan(value[2])) return;
   const double scale = info_.markers.mm_per_unit;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (std::abs(value[axis] * scale) <= kFarthestMm) continue;
+    throw UserError(fmt::format("{}, cell {}", place(), header_.first_cells[marker] + axis + 1),
+                    fmt::format("'{}' puts marker {} more than a kilometre away",
+                                shown(cells_[header_.first_cells[marker] + axis]), shown(info_.markers.names[marker])),
+                    "correct the number, or the unit (--units)");
+  }
   frame.state[marker] = MarkerState::kMeasured;
   frame.position_mm[marker] = info_.markers.axes.to_world(
       static_cast<float>(value[0] * scale), static_cast<float>(value[1] * scale), static_cast<float>(value[2] * scale));

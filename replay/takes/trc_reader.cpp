@@ -32,13 +32,14 @@ double TrcReader::read_properties(const TakeOptions& options) {
     if (names[i] == "Units" && !options.mm_per_unit) {
       const auto mm = parse_unit(cells()[i]);
       if (!mm) {
-        throw UserError(place() + ", Units", fmt::format("'{}' is no unit that is known here", cells()[i]),
+        throw UserError(place() + ", Units", fmt::format("'{}' is no unit that is known here", shown(cells()[i])),
                         "give the unit with --units");
       }
       info_.markers.mm_per_unit = *mm;
     } else if (names[i] == "DataRate") {
       if (!value || !(*value > 0)) {
-        throw UserError(place() + ", DataRate", fmt::format("'{}' is no rate", cells()[i]), "give the rate in Hz");
+        throw UserError(place() + ", DataRate", fmt::format("'{}' is no rate", shown(cells()[i])),
+                        "give the rate in Hz");
       }
       rate_hz = *value;
     } else if (names[i] == "NumFrames" && value && *value >= 0 && *value < 1e15) {
@@ -57,7 +58,8 @@ std::vector<std::size_t> TrcReader::read_names() {
   for (std::size_t cell = 2; cell < cells().size(); ++cell) {
     if (cells()[cell].empty()) continue;
     if (!first_cells.empty() && cell < first_cells.back() + 3) {
-      throw UserError(place(), fmt::format("marker name '{}' stands above another marker's coordinates", cells()[cell]),
+      throw UserError(place(),
+                      fmt::format("marker name '{}' stands above another marker's coordinates", shown(cells()[cell])),
                       "each name has three cells");
     }
     first_cells.push_back(cell);

@@ -12,6 +12,9 @@ namespace risorius {
 namespace {
 
 constexpr double kMaxUpperBound = 2;
+/// Of any coordinate and displacement: neutrals may lie where the stage's origin is, but not on the moon.
+constexpr double kFarthestMm = 10'000;
+constexpr double kLargestWeight = 1000;
 /// As in capture/rigid_alignment.cpp: flatter than this, the stabilisers lie on one line.
 constexpr double kCollinearSpreadRatio = 1e-3;
 
@@ -69,12 +72,16 @@ void check_markers(Problems& problems, const Rig& rig) {
     problems.push_back(fmt::format("neutral_mm: {} columns for {} markers", rig.neutral_mm.cols(), count));
   } else if (!rig.neutral_mm.allFinite()) {
     problems.push_back("neutral_mm: holds a number that is not finite");
+  } else if (count > 0 && rig.neutral_mm.cwiseAbs().maxCoeff() > kFarthestMm) {
+    problems.push_back(fmt::format("neutral_mm: holds {:g}; a marker lies within {:g} mm of the origin",
+                                   rig.neutral_mm.cwiseAbs().maxCoeff(), kFarthestMm));
   }
   if (rig.stabiliser_weight.size() != count) {
     problems.push_back(
         fmt::format("stabiliser_weight: {} entries for {} markers", rig.stabiliser_weight.size(), count));
-  } else if (!rig.stabiliser_weight.allFinite() || (rig.stabiliser_weight.array() < 0).any()) {
-    problems.push_back("stabiliser_weight: holds a number that is negative or not finite");
+  } else if (!rig.stabiliser_weight.allFinite() || (rig.stabiliser_weight.array() < 0).any() ||
+             (rig.stabiliser_weight.array() > kLargestWeight).any()) {
+    problems.push_back(fmt::format("stabiliser_weight: holds a number that is not 0 to {:g}", kLargestWeight));
   } else if (rig.neutral_mm.cols() == count && rig.neutral_mm.allFinite() && !stabilisers_hold_the_head(rig)) {
     problems.push_back(
         "stabiliser_weight: fewer than 3 markers above 0 that are not on one line; give the markers of forehead, nose "
@@ -96,6 +103,9 @@ void check_au(Problems& problems, const RigAu& au, std::size_t marker_count) {
                                    au.displacement_mm.cols(), marker_count));
   } else if (!au.displacement_mm.allFinite()) {
     problems.push_back(fmt::format("aus '{}': displacement_mm holds a number that is not finite", au.name));
+  } else if (marker_count > 0 && au.displacement_mm.cwiseAbs().maxCoeff() > kFarthestMm) {
+    problems.push_back(fmt::format("aus '{}': displacement_mm holds {:g}; no marker moves further than {:g} mm",
+                                   au.name, au.displacement_mm.cwiseAbs().maxCoeff(), kFarthestMm));
   } else if (!(au.displacement_mm.squaredNorm() > 0)) {
     problems.push_back(fmt::format("aus '{}': displacement_mm moves no marker; leave the AU out of this rig", au.name));
   }

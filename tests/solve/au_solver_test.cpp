@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "capture/errors.h"
+#include "solve/faces/builtin_face.h"
 #include "support/allocation_counter.h"
 #include "synthetic_face.h"
 
@@ -450,6 +451,22 @@ TEST(AuSolver, RefusesABadRigAndOptionsOutOfRange) {
   EXPECT_THROW(AuSolver(good, {.temporal = -1}), std::invalid_argument);
   EXPECT_THROW(AuSolver(good, {.robust_iterations = 21}), std::invalid_argument);
   EXPECT_THROW(AuSolver(good, {.min_visible_share = std::numeric_limits<double>::quiet_NaN()}), std::invalid_argument);
+}
+
+TEST(AuSolver, SaysThatAFaceIsMirrored) {
+  Bench bench({}, builtin_rig());
+  for (int f = 0; f < 20; ++f) {
+    const MarkerFrame frame = noisy_frame(bench.rig(), f);
+    EXPECT_EQ(bench.solve(frame).status, SolverStatus::kConverged);
+  }
+  for (int f = 20; f < 40; ++f) {
+    MarkerFrame frame = noisy_frame(bench.rig(), f);
+    for (std::uint32_t m = 0; m < frame.count; ++m) frame.position_mm[m].x = -frame.position_mm[m].x;
+    const AuFrame out = bench.solve(frame);
+    EXPECT_EQ(out.status, SolverStatus::kMirrored);
+    for (std::uint32_t i = 0; i < out.count; ++i) EXPECT_NE(out.state[i], AuState::kObserved);
+  }
+  EXPECT_EQ(bench.solve(noisy_frame(bench.rig(), 40)).status, SolverStatus::kConverged);
 }
 
 }  // namespace

@@ -1,8 +1,11 @@
 // The offline tool as users call it: what it must refuse, with one clear message and nothing lost.
+#include <algorithm>
+#include <csignal>
 #include <fstream>
 #include <gtest/gtest.h>
 #include <iterator>
 #include <string>
+#include <unistd.h>
 
 #include "support/process.h"
 #include "support/test_data.h"
@@ -63,6 +66,95 @@ TEST(Tool, RefusesACalibrationOfWhatIsNoAu) {
            "--au", "au12l=builtin:0-60", "-o", (folder.path() / "r.json").string()});
   EXPECT_NE(refused.exit_code, 0);
   EXPECT_NE(refused.output.find("'au12l' is no AU"), std::string::npos) << refused.output;
+}
+
+TEST(Tool, NamesTheSubcommandsThatThereAre) {
+  const std::string tool = program("risorius").string();
+  const auto refused = run({tool, "foo"});
+  EXPECT_NE(refused.exit_code, 0);
+  EXPECT_NE(refused.output.find("\"foo\" is no subcommand"), std::string::npos) << refused.output;
+  EXPECT_NE(refused.output.find("dataset"), std::string::npos) << refused.output;
+  EXPECT_NE(run({tool, "rig", "foo"}).output.find("calibrate"), std::string::npos);
+  EXPECT_EQ(run({tool, "dataset", "--help"}).exit_code, 0);
+}
+
+TEST(Tool, RefusesNumbersThatAreNone) {
+  TemporaryFolder folder;
+  const auto out = (folder.path() / "y.csv").string();
+  for (const std::vector<std::string>& option : {std::vector<std::string>{"--seed", "-1"},
+                                                 {"--seconds", "nan"},
+                                                 {"--noise", "nan"},
+                                                 {"--rate", "1e9"},
+                                                 {"--au-rate", "nan"}}) {
+    const auto refused = run({program("risorius").string(), "perform", option[0], option[1], "-o", out});
+    EXPECT_NE(refused.exit_code, 0) << option[0];
+    EXPECT_NE(refused.output.find("\"" + option[1] + "\" is not a"), std::string::npos) << refused.output;
+    EXPECT_FALSE(std::filesystem::exists(out));
+  }
+}
+
+TEST(Tool, FailsWhereNotOneFrameOfADatasetCouldBeSolvedAndSaysWhy) {
+  TemporaryFolder folder;
+  const std::string tool = program("risorius").string();
+  const auto take = (folder.path() / "take.csv").string();
+  ASSERT_EQ(run({tool, "perform", "--script", "idle", "--seconds", "1", "-o", take}).exit_code, 0);
+  const auto dataset = [&](const std::string& name, const std::vector<std::string>& more) {
+    std::vector<std::string> command{tool, "dataset", take, "--rig", "builtin", "-o", (folder.path() / name).string()};
+    command.insert(command.end(), more.begin(), more.end());
+    return run(command);
+  };
+  EXPECT_EQ(dataset("right", {}).exit_code, 0);
+  const auto mirrored = dataset("mirrored", {"--axes", "RUF"});
+  EXPECT_NE(mirrored.exit_code, 0);
+  EXPECT_NE(mirrored.output.find("120 mirrored (turn one letter of --axes round"), std::string::npos)
+      << mirrored.output;
+  const auto large = dataset("large", {"--units", "cm"});
+  EXPECT_NE(large.exit_code, 0);
+  EXPECT_NE(large.output.find("not one frame could be solved"), std::string::npos) << large.output;
+  EXPECT_TRUE(std::filesystem::exists(folder.path() / "large" / "manifest-sha256.txt"));  // nothing is lost
+}
+
+TEST(Tool, ReadsAStretchOfATakeIntoADataset) {
+  TemporaryFolder folder;
+  const std::string tool = program("risorius").string();
+  const auto take = (folder.path() / "take.csv").string(), out = (folder.path() / "out").string();
+  ASSERT_EQ(run({tool, "perform", "--script", "idle", "--seconds", "1", "-o", take}).exit_code, 0);
+  const auto made = run({tool, "dataset", take + ":30-89", "--rig", "builtin", "-o", out});
+  EXPECT_EQ(made.exit_code, 0) << made.output;
+  const std::string aus = bytes_of(std::filesystem::path(out) / "take" / "au.csv");
+  EXPECT_EQ(std::count(aus.begin(), aus.end(), '\n'), 61);
+  EXPECT_NE(aus.find("\n30,"), std::string::npos);
+  const auto beyond = run({tool, "dataset", take + ":30-120", "--rig", "builtin", "-o", out + "2"});
+  EXPECT_NE(beyond.exit_code, 0);
+  EXPECT_NE(beyond.output.find("the take ends after 120 frames"), std::string::npos) << beyond.output;
+}
+
+TEST(Tool, LeavesNothingHalfWrittenBehindWhenInterrupted) {
+  TemporaryFolder folder;
+  const auto take = (folder.path() / "take.csv").string();
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{"perform", "--script", "speech", "--seconds", "3000", "-o", take},
+        {"dataset", "builtin:3000", "--rig", "builtin", "--causal", "-o", (folder.path() / "out").string()}}) {
+    std::vector<std::string> whole{program("risorius").string()};
+    whole.insert(whole.end(), command.begin(), command.end());
+    Process process(whole);
+    const auto begun = [&] { return !std::filesystem::is_empty(folder.path()); };
+    for (int i = 0; i < 500 && !begun(); ++i) usleep(20'000);
+    ASSERT_TRUE(begun());
+    usleep(300'000);  // into the frames
+    process.send_signal(SIGINT);
+    EXPECT_EQ(process.finish().exit_code, -1);
+    EXPECT_TRUE(std::filesystem::is_empty(folder.path())) << command[0];
+  }
+}
+
+TEST(Tool, RefusesOneRecordingForTwoAus) {
+  TemporaryFolder folder;
+  const auto refused =
+      run({program("risorius").string(), "rig", "calibrate", "--neutral", "builtin:0-60", "--landmarks", "iemocap55",
+           "--au", "AU12L=builtin:0-60", "--au", "AU12R=builtin:0-60", "-o", (folder.path() / "r.json").string()});
+  EXPECT_NE(refused.exit_code, 0);
+  EXPECT_NE(refused.output.find("is given for AU12L already"), std::string::npos) << refused.output;
 }
 
 }  // namespace

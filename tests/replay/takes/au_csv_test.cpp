@@ -84,5 +84,21 @@ TEST_F(AuCsv, WriterRefusesWhatDoesNotFit) {
   EXPECT_THROW(writer.write(frame_of(0, {1, 1})), std::invalid_argument);
 }
 
+TEST_F(AuCsv, RefusesWhatIsNoIntensityByLineAndColumn) {
+  EXPECT_NE(error("Frame,AU1L\n0,nan\n").find("line 2, column AU1L: 'nan' is no number"), std::string::npos);
+  EXPECT_NE(error("Frame,AU1L\n0,0.5\n1,1e30\n").find("line 3, column AU1L: '1e30' is no intensity"),
+            std::string::npos);
+  EXPECT_NE(error("Frame,AU1L\n0,5\n").find("multiply those of 0 to 5 by 0.2"), std::string::npos);
+  EXPECT_NE(error("Frame,AU1L\n").find("has no frames"), std::string::npos);
+}
+
+TEST_F(AuCsv, RefusesFramesThatDoNotGrowOrLeapTooFar) {
+  EXPECT_NE(error("Frame,AU1L\n0,0\n0,0\n").find("line 3, column Frame: frame 0 does not come after frame 0"),
+            std::string::npos);
+  EXPECT_NE(error("Frame,AU1L\n7,0\n3,0\n").find("frame 3 does not come after frame 7"), std::string::npos);
+  EXPECT_NE(error("Frame,AU1L\n7,0\n30000000,0\n").find("leap from 7 to 30000000"), std::string::npos);
+  EXPECT_EQ(load("Frame,AU1L\n7,0\n9,1\n").frames, (std::vector<std::uint64_t>{7, 9}));
+}
+
 }  // namespace
 }  // namespace risorius

@@ -41,7 +41,7 @@ TEST_F(Bnd, ReadsAFolderInTheOrderOfItsNumbers) {
   EXPECT_EQ(frames[0].position_mm[82], (Position{9.5f, 83, -83}));
   EXPECT_EQ(frames[1].position_mm[0], (Position{10.5f, 1, -1}));
   EXPECT_EQ(frames[2].position_mm[0].x, 100.5f);
-  EXPECT_EQ(frames[2].header.capture_time_ns, 80'000'000);
+  EXPECT_EQ(frames[2].header.capture_time_ns, 3'640'000'000) << "frames 11 to 99 are lost";
 }
 
 TEST_F(Bnd, ReadsASingleFrameAndARateThatIsGiven) {
@@ -65,6 +65,24 @@ TEST_F(Bnd, NamesFileLineAndRemedyOfWhatIsWrong) {
   EXPECT_NE(error().find("landmark 2 stands where"), std::string::npos);
   write(2, "");
   EXPECT_NE(error().find("no landmarks"), std::string::npos);
+}
+
+TEST_F(Bnd, TakesANumberThatLacksForALostFrame) {
+  for (const int frame : {3, 4, 7}) write(frame, "1 1 2 3\n");
+  const auto frames = read_all(*open_take(folder_.path()));
+  ASSERT_EQ(frames.size(), 3u);
+  EXPECT_EQ(frames[1].header.sequence, 1u);
+  EXPECT_EQ(frames[2].header.sequence, 4u);
+  EXPECT_EQ(frames[2].header.capture_time_ns, 160'000'000);
+}
+
+TEST_F(Bnd, RefusesANumberThatStandsTwiceAndPlacesOutOfTheWorld) {
+  write(1, "1 1 2 3\n");
+  test::write_bytes(folder_.path() / "M2_001.bnd", "1 1 2 3\n");
+  EXPECT_NE(error().find("has the number 1 after"), std::string::npos);
+  std::filesystem::remove(folder_.path() / "M2_001.bnd");
+  write(2, "1 1 1e300 3\n");
+  EXPECT_NE(error().find("M2_2.bnd, landmark 1: 1e+300 is more than a kilometre away"), std::string::npos);
 }
 
 }  // namespace

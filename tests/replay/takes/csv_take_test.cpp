@@ -171,5 +171,34 @@ TEST_F(CsvTake, WriterRefusesAnotherNumberOfMarkers) {
   EXPECT_THROW(writer.write(test::sample_frame(0, 3)), std::invalid_argument);
 }
 
+TEST_F(CsvTake, TakesFrameNumbersThatLeapForLostFrames) {
+  const auto read = frames("frame,time_s,A_x,A_y,A_z\n10,0.1,1,2,3\n11,0.11,1,2,3\n14,0.14,1,2,3\n");
+  ASSERT_EQ(read.size(), 3u);
+  EXPECT_EQ(read[1].header.sequence, 1u);
+  EXPECT_EQ(read[2].header.sequence, 4u);
+  EXPECT_EQ(read[2].header.capture_time_ns, 140'000'000);
+  const auto take = reader("frame,time_s,A_x,A_y,A_z\n10,0.1,1,2,3\n11,0.11,1,2,3\n14,0.14,1,2,3\n");
+  EXPECT_NEAR(take.info().markers.rate_hz, 100, 1e-9);
+  EXPECT_TRUE(take.info().warnings.empty());
+}
+
+TEST_F(CsvTake, RefusesFrameNumbersOutOfOrderAndPlacesOutOfTheWorld) {
+  const std::string header = "frame,time_s,A_x,A_y,A_z\n";
+  EXPECT_NE(error(header + "1,0,1,2,3\n1,0.1,1,2,3\n").find("line 3, column frame: frame 1 does not come after"),
+            std::string::npos);
+  EXPECT_NE(error(header + "5,0,1,2,3\n4,0.1,1,2,3\n").find("frame 4 does not come after frame 5"), std::string::npos);
+  EXPECT_NE(error(header + "1.5,0,1,2,3\n").find("'1.5' is no frame number"), std::string::npos);
+  EXPECT_NE(error(header + "-1,0,1,2,3\n").find("'-1' is no frame number"), std::string::npos);
+  EXPECT_NE(error(header + "0,0,1,2,3\n900000,0.1,1,2,3\n").find("leap"), std::string::npos);
+  EXPECT_NE(error(header + "0,0,1,2e30,3\n1,0.1,1,2,3\n").find("column A_y: '2e30' is more than a kilometre away"),
+            std::string::npos);
+}
+
+TEST_F(CsvTake, EchoesALongCellShortened) {
+  const std::string message = error("frame,time_s,A_x,A_y,A_z\n0,0,1,2," + std::string(100'000, 'x') + "\n1,1,1,1,1\n");
+  EXPECT_NE(message.find("xxx...' is no number"), std::string::npos);
+  EXPECT_LT(message.size(), 400u);
+}
+
 }  // namespace
 }  // namespace risorius

@@ -1,6 +1,7 @@
 #include "replay/takes/live_link_csv.h"
 
 #include <algorithm>
+#include <cmath>
 #include <fmt/format.h>
 #include <fstream>
 #include <gtest/gtest.h>
@@ -106,6 +107,20 @@ TEST(LiveLinkCsv, ReadsRealRecordings) {
   EXPECT_EQ(take.shapes.frames.back(), 4032u);  // three holes of one frame
   RISORIUS_NEEDS_DATA(speech, "arkit/MySlate_161_iPhone_cal.csv");
   EXPECT_EQ(load_live_link_csv(speech).rate_hz, 60);
+}
+
+TEST(LiveLinkCsv, SeesNoHoleWhereUnevenStepsAddUp) {
+  test::TemporaryFolder folder;
+  // Steps of 1.3 and 0.9 units in turn: after ten frames the sum is a whole frame ahead, but none is lost.
+  std::vector<std::string> codes;
+  double unit = 0;
+  for (int i = 0; i < 100; ++i) {
+    codes.push_back(fmt::format("12:00:{:02}:{:06.3f}", static_cast<int>(unit) / 60, std::fmod(unit, 60)));
+    unit += i % 2 == 0 ? 1.3 : 0.9;
+  }
+  const LiveLinkTake take = load_live_link_csv(write(folder, codes));
+  EXPECT_EQ(take.shapes.frames.back(), 99u);
+  EXPECT_TRUE(take.warnings.empty());
 }
 
 }  // namespace

@@ -70,6 +70,8 @@ TEST_F(Trc, NamesLineAndRemedyOfWhatIsWrong) {
   EXPECT_NE(error(good.substr(0, 60)).find("line 2"), std::string::npos);
   EXPECT_NE(error(good + "1\t0\t1\t2\n").find("line 7: marker Chin has 2 of 3"), std::string::npos);
   EXPECT_NE(error(good + "1\t0\t1\tx\t3\n").find("line 7, cell 4: 'x'"), std::string::npos);
+  EXPECT_NE(error(good + "1\t0\t1\t2e39\t3\n").find("line 7, cell 4: '2e39' puts marker Chin more than a kilometre"),
+            std::string::npos);
   EXPECT_NE(error(good + "2\t0\n2\t0\n").find("frame 2 does not come after"), std::string::npos);
   EXPECT_NE(error(good + "1.5\t0\n").find("no frame number"), std::string::npos);
   EXPECT_NE(error(good + "1\t0\t1\t2\t3\n1000000000\t1\t1\t2\t3\n").find("line 8: the frame numbers leap from 1"),

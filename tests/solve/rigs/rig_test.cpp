@@ -174,5 +174,19 @@ TEST(Rig, RefusesMoreThanFramesCanCarry) {
   EXPECT_FALSE(problems_of(Rig{}).empty());
 }
 
+TEST(Rig, RefusesNumbersThatNoFaceHas) {
+  Rig far = synthetic_rig(12, 4);
+  far.neutral_mm(1, 3) = 1e300;
+  ASSERT_FALSE(problems_of(far).empty());
+  EXPECT_NE(problems_of(far)[0].find("neutral_mm: holds 1e+300"), std::string::npos);
+  Rig wild = synthetic_rig(12, 4);
+  wild.aus[2].displacement_mm(0, 0) = -1e30;
+  ASSERT_EQ(problems_of(wild).size(), 1u);
+  EXPECT_NE(problems_of(wild)[0].find("displacement_mm holds 1e+30"), std::string::npos);
+  Rig heavy = synthetic_rig(12, 4);
+  heavy.stabiliser_weight[0] = 1e30;
+  EXPECT_EQ(problems_of(heavy).size(), 1u);
+}
+
 }  // namespace
 }  // namespace risorius

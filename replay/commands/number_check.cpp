@@ -1,0 +1,28 @@
+#include "replay/commands/number_check.h"
+
+#include <fmt/format.h>
+
+#include "capture/errors.h"
+#include "replay/takes/csv_text.h"
+
+namespace risorius {
+
+CLI::Validator number_between(double least, double most) {
+  const std::string range = fmt::format("{:g} to {:g}", least, most);
+  return {[=](const std::string& text) -> std::string {
+            const auto value = parse_double(text);
+            if (value && *value >= least && *value <= most) return {};
+            return fmt::format("\"{}\" is not a number from {}", shown(text), range);
+          },
+          range, "number_between"};
+}
+
+CLI::Validator whole_number() {
+  return {[](const std::string& text) -> std::string {
+            const bool digits = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
+            return digits ? "" : fmt::format("\"{}\" is not a whole number from 0", shown(text));
+          },
+          "0 or more", "whole_number"};
+}
+
+}  // namespace risorius
