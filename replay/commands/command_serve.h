@@ -21,4 +21,7 @@ using MakeTrackerServer = std::function<std::unique_ptr<TrackerServer>(boost::as
 CLI::App* add_serve_protocol(CLI::App& serve, const std::string& name, const std::string& description,
                              MakeTrackerServer make_server);
 
+/// `serve natnet`.
+void add_serve_natnet(CLI::App& serve);
+
 }  // namespace risorius
