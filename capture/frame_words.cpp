@@ -40,6 +40,23 @@ std::string_view word_of(RejectReason reason) noexcept {
   return "none";
 }
 
+std::string text_of(const Timecode& timecode) {
+  if (timecode.frame_rate == 0) return {};
+  std::string text;
+  const auto two_digits = [&](unsigned value) {
+    if (value < 10) text += '0';
+    text += std::to_string(value);
+  };
+  two_digits(timecode.hours);
+  text += ':';
+  two_digits(timecode.minutes);
+  text += ':';
+  two_digits(timecode.seconds);
+  text += timecode.drop_frame ? ';' : ':';
+  two_digits(timecode.frames);
+  return text;
+}
+
 char letter_of(MarkerState state) noexcept {
   switch (state) {
     case MarkerState::kMeasured:

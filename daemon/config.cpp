@@ -27,6 +27,7 @@ void visit_output(V& v, C& c) {
 template <class V, class C>
 void visit_record(V& v, C& c) {
   v.text("folder", c.folder, "dataset folder to make and record into; \"\" = do not record");
+  v.text("follow", c.follow, "\"always\", or \"tracker\": record only while the tracker (Motive, QTM) itself records");
   v.text("pseudonym", c.pseudonym, "of the recorded person, kept with the data");
   v.text("consent", c.consent, "reference to the person's consent, kept with the data");
   v.text("licence", c.licence, "of the dataset, kept with the data");
@@ -164,6 +165,10 @@ Config config_of(const toml::table& table, const std::string& place) {
   TomlReader root(table, "", problems);
   root.table("output", [&](auto& v) { visit_output(v, config.output); });
   root.table("record", [&](auto& v) { visit_record(v, config.record); });
+  if (config.record.follow != "always" && config.record.follow != "tracker") {
+    problems.add("record.follow", "\"" + config.record.follow + "\" is neither \"always\" nor \"tracker\"",
+                 "give one of them");
+  }
   root.table("queues", [&](auto& v) { visit_queues(v, config.queues); });
   StageConfig defaults;
   read_stage_tables(root, defaults);

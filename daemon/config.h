@@ -47,6 +47,7 @@ struct OutputConfig {
 
 struct RecordConfig {
   std::string folder;
+  std::string follow = "always";
   std::string pseudonym, consent, licence;
 };
 

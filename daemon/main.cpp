@@ -7,6 +7,7 @@
 
 #include "capture/version.h"
 #include "daemon/config.h"
+#include "daemon/counter_table.h"
 #include "daemon/service.h"
 #include "daemon/status.h"
 
@@ -18,7 +19,13 @@ int main(int argc, char** argv) {
   bool print = false;
   app.add_option("--config", path, "TOML file; every key has a default");
   app.add_flag("--print-config", print, "print the effective configuration with the meaning of every key, and end");
+  bool print_counters = false;
+  app.add_flag("--print-counters", print_counters, "print what every counter of the status means, and end");
   CLI11_PARSE(app, argc, argv);
+  if (print_counters) {
+    fmt::print("{}", risorius::counter_tables_markdown());
+    return 0;
+  }
   try {
     const risorius::Config config = path.empty() ? risorius::default_config() : risorius::load_config(path);
     if (print) {

@@ -37,7 +37,7 @@ class MapWriter {
   char* at_;
 };
 
-constexpr std::uint32_t kHeaderEntries = 7;
+constexpr std::uint32_t kHeaderEntries = 8;
 
 void write_header(MapWriter& out, const FrameHeader& header, const MessageContext& context) {
   out.key("version");
@@ -50,6 +50,12 @@ void write_header(MapWriter& out, const FrameHeader& header, const MessageContex
   out.count(header.sequence);
   out.key("capture_time_ns");
   out.integer(header.capture_time_ns);
+  out.key("timecode");
+  if (header.timecode.frame_rate == 0) {
+    out.nothing();
+  } else {
+    out.text(text_of(header.timecode));
+  }
   out.key("receive_time_ns");
   out.integer(header.receive_time_ns);
   out.key("publish_time_ns");

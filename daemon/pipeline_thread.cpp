@@ -1,12 +1,20 @@
 #include "daemon/pipeline_thread.h"
 
+#include "capture/monotonic_clock.h"
+
 namespace risorius {
 
 PipelineThread::PipelineThread(Channel<AdmittedItem>& admitted, std::deque<PipelineStream>& streams,
                                const Outputs& outputs, AllocationProbe allocation_probe)
-    : admitted_(admitted), streams_(streams), outputs_(outputs), allocation_probe_(allocation_probe), thread_([this] {
-        run();
-      }) {}
+    : admitted_(admitted), streams_(streams), outputs_(outputs), allocation_probe_(allocation_probe) {
+  for (PipelineStream& stream : streams_) stream.stages.observe_steps(&PipelineThread::note_step, this);
+  thread_ = std::thread([this] { run(); });
+}
+
+void PipelineThread::note_step(void* self, PipelineStep step) noexcept {
+  OutputItem& out = static_cast<PipelineThread*>(self)->out_;
+  (step == PipelineStep::kCleaned ? out.cleaned_ns : out.solved_ns) = monotonic_now_ns();
+}
 
 PipelineThread::~PipelineThread() { stop(); }
 
@@ -43,6 +51,7 @@ void PipelineThread::work_on(const AdmittedItem& item) {
       hand_on_solved(stream, item.stream_id);
       stream.stages.use_marker_set(*item.marker_set);
       stream.note_rig_problem();
+      stream.budget_ns = item.marker_set->rate_hz > 0 ? static_cast<std::int64_t>(1e9 / item.marker_set->rate_hz) : 0;
       hand_on_control(OutputItem::Kind::kMarkerSet, item.stream_id, item.marker_set);
       break;
     case AdmittedItem::Kind::kEndOfStream:
@@ -54,13 +63,25 @@ void PipelineThread::work_on(const AdmittedItem& item) {
     case AdmittedItem::Kind::kNeutralCapture:
       stream.stages.begin_neutral_capture(item.duration_ns);
       break;
+    case AdmittedItem::Kind::kRecordingStarted:
+    case AdmittedItem::Kind::kRecordingStopped:
+      out_.recording_name_size = item.recording_name_size;
+      out_.recording_name_bytes = item.recording_name_bytes;
+      hand_on_control(item.kind == AdmittedItem::Kind::kRecordingStarted ? OutputItem::Kind::kRecordingStarted
+                                                                         : OutputItem::Kind::kRecordingStopped,
+                      item.stream_id, nullptr);
+      break;
   }
 }
 
 void PipelineThread::work_on_frame(PipelineStream& stream, const AdmittedItem& item) noexcept {
+  begun_ns_ = monotonic_now_ns();
   while (!stream.stages.push(item.frame)) hand_on_solved(stream, item.stream_id);
   hand_on_solved(stream, item.stream_id);
   stream.stages.settle();
+  const std::int64_t cycle_ns = monotonic_now_ns() - begun_ns_;
+  stream.cycles.longest_cycle_ns.raise_to(static_cast<std::uint64_t>(cycle_ns));
+  if (stream.budget_ns > 0 && cycle_ns > stream.budget_ns) stream.cycles.over_budget.add();
 }
 
 void PipelineThread::hand_on_solved(PipelineStream& stream, std::uint32_t stream_id) noexcept {
@@ -68,7 +89,9 @@ void PipelineThread::hand_on_solved(PipelineStream& stream, std::uint32_t stream
   out_.stream_id = stream_id;
   while (stream.stages.pop(out_.solved)) {
     stream.processed.add();
-    stream.solved.add(out_.solved.aus.status == SolverStatus::kConverged ? 1 : 0);
+    stream.by_status[static_cast<std::size_t>(out_.solved.aus.status)].add();
+    stream.cycles.longest_clean_ns.raise_to(static_cast<std::uint64_t>(out_.cleaned_ns - begun_ns_));
+    stream.cycles.longest_solve_ns.raise_to(static_cast<std::uint64_t>(out_.solved_ns - out_.cleaned_ns));
     outputs_.publish.send_frame(out_);
     if (outputs_.record != nullptr) outputs_.record->send_frame(out_);
     if (stream.stages.neutral_capture().completed != stream.neutral_captures.value()) {

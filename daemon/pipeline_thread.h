@@ -3,6 +3,7 @@
 // nothing to do. After warm-up it allocates nothing per frame.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <deque>
@@ -15,6 +16,13 @@
 #include "replay/pipeline/frame_pipeline.h"
 
 namespace risorius {
+
+/// What the work on one frame took, from the moment it was taken up. A cycle is all of it, learning included; its
+/// budget is the time between two frames.
+struct CycleCounters {
+  Counter longest_clean_ns, longest_solve_ns, longest_cycle_ns;
+  Counter over_budget;
+};
 
 /// One stream's stages and what the status says of them. Counters are written by the pipeline thread alone.
 struct PipelineStream {
@@ -29,7 +37,10 @@ struct PipelineStream {
     const std::scoped_lock lock(mutex_);
     rig_problem_ = stages.rig_problem();
   }
-  Counter processed, solved;  ///< frames handed on
+  Counter processed;                                  ///< frames handed on
+  std::array<Counter, kSolverStatusCount> by_status;  ///< of these, by SolverStatus
+  CycleCounters cycles;
+  std::int64_t budget_ns = 0;  ///< of a cycle; 0: the set states no rate. The pipeline thread's own
   Counter continuations;
   Counter neutral_captures;  ///< completed
 
@@ -77,11 +88,13 @@ class PipelineThread {
   void work_on_frame(PipelineStream& stream, const AdmittedItem& item) noexcept;
   void hand_on_solved(PipelineStream& stream, std::uint32_t stream_id) noexcept;
   void hand_on_control(OutputItem::Kind kind, std::uint32_t stream_id, const MarkerSet* marker_set) noexcept;
+  static void note_step(void* self, PipelineStep step) noexcept;
 
   Channel<AdmittedItem>& admitted_;
   std::deque<PipelineStream>& streams_;
   Outputs outputs_;
   AllocationProbe allocation_probe_;
+  std::int64_t begun_ns_ = 0;  ///< the frame at work
   OutputItem out_;
   Continuation continuation_;
   Counter allocations_in_frames_;

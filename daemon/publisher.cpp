@@ -72,7 +72,7 @@ void Publisher::publish(const OutputItem& item) {
     context.names = stream.au_names;
     encode_aus(aus, context, buffer_);
     send("au");
-    if (aus.header.receive_time_ns > 0) state.latency.add(monotonic_now_ns() - aus.header.receive_time_ns);
+    if (aus.header.receive_time_ns > 0) note_latencies(item, state.latencies);
   }
   if (item.solved.markers.count == state.marker_names.size()) {
     context.message = state.marker_messages++;
@@ -80,6 +80,14 @@ void Publisher::publish(const OutputItem& item) {
     encode_markers(item.solved.markers, context, buffer_);
     send("markers");
   }
+}
+
+void Publisher::note_latencies(const OutputItem& item, StageLatencies& latencies) noexcept {
+  const std::int64_t received_ns = item.solved.aus.header.receive_time_ns, published_ns = monotonic_now_ns();
+  latencies.received_to_cleaned.add(item.cleaned_ns - received_ns);
+  latencies.cleaned_to_solved.add(item.solved_ns - item.cleaned_ns);
+  latencies.solved_to_published.add(published_ns - item.solved_ns);
+  latencies.received_to_published.add(published_ns - received_ns);
 }
 
 void Publisher::publish(const Continuation& continuation) {

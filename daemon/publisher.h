@@ -20,6 +20,11 @@
 
 namespace risorius {
 
+/// Of a stream's frames on their way, by CLOCK_MONOTONIC; published: the AU message was handed to ZeroMQ.
+struct StageLatencies {
+  LatencyHistogram received_to_cleaned, cleaned_to_solved, solved_to_published, received_to_published;
+};
+
 class Publisher {
  public:
   struct Stream {
@@ -47,20 +52,19 @@ class Publisher {
 
   /// Where clients can connect (with the port that the system chose, if asked for one).
   const std::string& endpoint() const noexcept { return endpoint_; }
-  const LatencyHistogram& received_to_published(std::uint32_t stream_id) const noexcept {
-    return states_[stream_id].latency;
-  }
+  const StageLatencies& latencies(std::uint32_t stream_id) const noexcept { return states_[stream_id].latencies; }
   std::uint64_t published() const noexcept { return published_.value(); }
 
  private:
   struct StreamState {
     std::vector<std::string> marker_names;
     std::uint64_t marker_messages = 0, au_messages = 0, continuation_messages = 0;
-    LatencyHistogram latency;
+    StageLatencies latencies;
   };
 
   void run() noexcept;
   void publish(const OutputItem& item);
+  static void note_latencies(const OutputItem& item, StageLatencies& latencies) noexcept;
   void publish(const Continuation& continuation);
   void send(std::string_view topic);
   void send_status(bool last);

@@ -2,6 +2,7 @@
 
 #include <exception>
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "capture/errors.h"
 #include "replay/dataset/dataset_folder.h"
@@ -64,7 +65,18 @@ void Recorder::record(const OutputItem& item) noexcept {
       finish_take(state);  // a take has one neutral
       options_.streams[item.stream_id].rig = options_.current_rig(item.stream_id);
       break;
+    case OutputItem::Kind::kRecordingStarted:
+    case OutputItem::Kind::kRecordingStopped:
+      if (!options_.follow_tracker) break;
+      finish_take(state);  // a take is one recording of the tracker
+      state.tracker_records = item.kind == OutputItem::Kind::kRecordingStarted;
+      state.tracker_recording.assign(item.recording_name_bytes.data(), item.recording_name_size);
+      break;
     case OutputItem::Kind::kSolved:
+      if (options_.follow_tracker && !state.tracker_records) {
+        frames_outside_.add();
+        break;
+      }
       record(state, item.stream_id, item.solved);
       break;
   }
@@ -88,9 +100,13 @@ void Recorder::record(StreamState& state, std::uint32_t stream_id, const SolvedF
 
 void Recorder::begin_take(StreamState& state, const Stream& stream) {
   const auto folder = options_.folder / fmt::format("{}-{:03}", stream.name, ++state.takes);
-  state.take =
-      std::make_unique<TakeDataset>(folder, *state.markers, stream.rig,
-                                    TakeDatasetOptions{.source = stream.name, .metadata_json = stream.metadata_json});
+  TakeDatasetOptions options{.source = stream.name, .metadata_json = stream.metadata_json};
+  if (!state.tracker_recording.empty()) {
+    auto metadata = nlohmann::json::parse(stream.metadata_json);
+    metadata["tracker_recording"] = state.tracker_recording;
+    options.metadata_json = metadata.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  }
+  state.take = std::make_unique<TakeDataset>(folder, *state.markers, stream.rig, std::move(options));
 }
 
 void Recorder::finish_take(StreamState& state) noexcept {

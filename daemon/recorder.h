@@ -30,6 +30,7 @@ class Recorder {
     std::filesystem::path folder;                             ///< made here; must not exist yet
     std::vector<Stream> streams;                              ///< by stream id
     std::string card_markdown;                                ///< README.md of the dataset
+    bool follow_tracker = false;                              ///< record only while the tracker records
     std::function<Rig(std::uint32_t stream_id)> current_rig;  ///< asked when a live neutral was taken
   };
 
@@ -45,6 +46,8 @@ class Recorder {
   std::uint64_t frames_recorded() const noexcept { return frames_recorded_.value(); }
   std::uint64_t takes_finished() const noexcept { return takes_finished_.value(); }
   std::uint64_t frames_not_written() const noexcept { return frames_not_written_.value(); }
+  /// Frames that came while the tracker did not record, if it is followed.
+  std::uint64_t frames_outside() const noexcept { return frames_outside_.value(); }
   /// The first error of the disk, if there was one: the rest of that take is not written. From any thread.
   std::string problem() const;
 
@@ -55,6 +58,8 @@ class Recorder {
     int takes = 0;
     std::uint64_t frames = 0;  ///< in the take
     bool failed = false;       ///< until the next take
+    bool tracker_records = false;
+    std::string tracker_recording;  ///< the tracker's name for it
   };
   void run() noexcept;
   void record(const OutputItem& item) noexcept;
@@ -67,7 +72,7 @@ class Recorder {
   Options options_;
   Channel<OutputItem>& results_;
   std::deque<StreamState> states_;
-  Counter frames_recorded_, takes_finished_, frames_not_written_;
+  Counter frames_recorded_, takes_finished_, frames_not_written_, frames_outside_;
   mutable std::mutex problem_mutex_;
   std::string problem_;
   std::atomic<bool> stopping_{false};

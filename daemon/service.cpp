@@ -49,6 +49,7 @@ Recorder::Options recorder_options(const Config& config, const std::deque<Pipeli
                                                  .consent = config.record.consent,
                                                  .licence = config.record.licence,
                                                  .options_toml = stages});
+  options.follow_tracker = config.record.follow == "tracker";
   options.current_rig = [&streams](std::uint32_t stream) { return streams[stream].current_rig(); };
   return options;
 }
@@ -64,7 +65,7 @@ Service::Service(const Config& config, PipelineThread::AllocationProbe allocatio
       continuations_(kContinuationQueue) {                           // full: the prediction is not published, counted
   for (const auto& source : config_.sources) streams_.emplace_back(source.stages.pipeline, rig_of_argument(source.rig));
   for (std::uint32_t i = 0; i < config_.sources.size(); ++i)
-    inputs_.emplace_back(io_, i, config_.sources[i], admitted_);
+    inputs_.emplace_back(io_, i, config_.sources[i], admitted_, [this] { publisher_->request_status(); });
   control_ = std::make_unique<ControlServer>(io_, zmq_, config_.output.control,
                                              [this](const auto& request) { return answer(request); });
 

@@ -1,9 +1,11 @@
 #include "daemon/status.h"
 
+#include <algorithm>
 #include <array>
 #include <fmt/format.h>
 
 #include "capture/frame_words.h"
+#include "daemon/counter_table.h"
 
 namespace risorius {
 namespace {
@@ -46,6 +48,19 @@ std::uint64_t filled_samples(const GapFiller& filler) {
   return filled;
 }
 
+nlohmann::json histogram_json(const LatencyHistogram& latency) {
+  return {{"p50", latency.quantile_us(0.5)}, {"p99", latency.quantile_us(0.99)}, {"max", latency.max_us()}};
+}
+
+nlohmann::json clock_json(const ClockSync& clock) {
+  if (!clock.known()) return {{"source", "none"}};
+  return {{"source", clock.has_echo() ? "echo" : "arrivals"},
+          {"offset_ns", clock.offset_ns()},
+          {"skew_ppm", clock.skew_ppm()},
+          {"uncertainty_ns", clock.uncertainty_ns()},
+          {"leaps", clock.leaps().value()}};
+}
+
 }  // namespace
 
 nlohmann::json status_of_stream(const StreamInput& input, const PipelineStream& stream, const Publisher& publisher,
@@ -54,7 +69,11 @@ nlohmann::json status_of_stream(const StreamInput& input, const PipelineStream& 
   const ReorderWindow& reorder = input.reorder();
   nlohmann::json json{
       {"endpoint", input.endpoint()}, {"rig", stream.current_rig().name}, {"rig_problem", stream.rig_problem()}};
+  json["state"] = input.state();
+  json["silences"] = input.watchdog().silences().value();
   json["link"] = {{"state", name_of(source.link.load())}, {"reconnects", source.reconnects.value()}};
+  json["clock"] = clock_json(input.clock());
+  json["recording_events"] = input.recording_events().value();
   json["datagrams"] = datagrams_json(source);
   json["frames"] = {{"assembled", ledger_json(source.frames)},
                     {"incomplete", source.incomplete_frames.value()},
@@ -75,12 +94,23 @@ nlohmann::json status_of_stream(const StreamInput& input, const PipelineStream& 
   json["solve"] = ledger_json(stream.stages.solver().ledger());
   json["refused_frames"] = stream.stages.refused().value();
   json["processed"] = stream.processed.value();
-  json["solved"] = stream.solved.value();
+  json["solved"] = stream.by_status[static_cast<std::size_t>(SolverStatus::kConverged)].value();
+  json["solver"] = nlohmann::json::object();
+  for (std::size_t i = 0; i < kSolverStatusCount; ++i)
+    json["solver"][std::string(word_of(static_cast<SolverStatus>(i)))] = stream.by_status[i].value();
+  const CycleCounters& cycles = stream.cycles;
+  json["cycles"] = {{"longest_clean_us", static_cast<double>(cycles.longest_clean_ns.value()) * 1e-3},
+                    {"longest_solve_us", static_cast<double>(cycles.longest_solve_ns.value()) * 1e-3},
+                    {"longest_us", static_cast<double>(cycles.longest_cycle_ns.value()) * 1e-3},
+                    {"over_budget", cycles.over_budget.value()}};
   json["continuations"] = stream.continuations.value();
   json["neutral_captures"] = stream.neutral_captures.value();
-  const LatencyHistogram& latency = publisher.received_to_published(stream_id);
-  json["latency_us"] = {
-      {"p50", latency.quantile_us(0.5)}, {"p99", latency.quantile_us(0.99)}, {"max", latency.max_us()}};
+  const StageLatencies& latencies = publisher.latencies(stream_id);
+  json["latency_us"] = {{"exposure_to_received", histogram_json(input.exposure_to_received())},
+                        {"received_to_cleaned", histogram_json(latencies.received_to_cleaned)},
+                        {"cleaned_to_solved", histogram_json(latencies.cleaned_to_solved)},
+                        {"solved_to_published", histogram_json(latencies.solved_to_published)},
+                        {"received_to_published", histogram_json(latencies.received_to_published)}};
   return json;
 }
 
@@ -90,10 +120,31 @@ nlohmann::json status_of_recorder(const Recorder& recorder, const Channel<Output
   json["folder"] = folder;
   json["frames"] = recorder.frames_recorded();
   json["frames_not_written"] = recorder.frames_not_written();
+  json["frames_outside"] = recorder.frames_outside();
   json["takes"] = recorder.takes_finished();
   json["problem"] = recorder.problem();
   return json;
 }
+
+namespace {
+
+/// Every kind of loss that happened, in one line; ledgers lose what they dropped and refused.
+std::string losses_of(const nlohmann::json& json, std::span<const CounterRow> rows) {
+  std::string text;
+  for (const CounterRow& row : rows) {
+    if (row.kind != CounterKind::kLoss) continue;
+    std::string path(row.name);
+    path.insert(path.begin(), '/');
+    std::replace(path.begin(), path.end(), '.', '/');
+    const auto pointer = nlohmann::json::json_pointer(path);
+    if (!json.contains(pointer)) continue;
+    const auto count = json.at(pointer).get<std::uint64_t>();
+    if (count > 0) text += fmt::format("{}{} {} ({})", text.empty() ? "" : ", ", count, row.unit, row.name);
+  }
+  return text.empty() ? "nothing" : text;
+}
+
+}  // namespace
 
 std::string summary_of(const nlohmann::json& status) {
   std::string text;
@@ -115,12 +166,18 @@ std::string summary_of(const nlohmann::json& status) {
     for (const auto& [reason, count] : s.at("despike").at("rejected").items()) rejected += count.get<std::uint64_t>();
     text += fmt::format("  repaired   {} markers rejected, {} filled, {} left missing\n", rejected,
                         s.at("fill").at("filled_markers").dump(), s.at("fill").at("left_missing_markers").dump());
+    if (const auto mirrored = s.at("solver").at("mirrored").get<std::uint64_t>(); mirrored > 0)
+      text += fmt::format("  mirrored   {} frames: one letter of the source's axes points the wrong way\n", mirrored);
     text += fmt::format("  processed  {}  of these solved {}  continuations {}\n", s.at("processed").dump(),
                         s.at("solved").dump(), s.at("continuations").dump());
-    const auto& latency = s.at("latency_us");
+    const auto& latency = s.at("latency_us").at("received_to_published");
     text += fmt::format("  latency    received to published: median {:.3f} ms, 99 % {:.3f} ms, longest {:.3f} ms\n",
                         latency.at("p50").get<double>() * 1e-3, latency.at("p99").get<double>() * 1e-3,
                         latency.at("max").get<double>() * 1e-3);
+    text += fmt::format("  gone       {}\n", losses_of(s, stream_counters()));
+    text += fmt::format("  cycles     longest {:.3f} ms, {} over the time between two frames; silent {} times\n",
+                        s.at("cycles").at("longest_us").get<double>() * 1e-3, s.at("cycles").at("over_budget").dump(),
+                        s.at("silences").dump());
     if (const auto problem = s.at("rig_problem").get<std::string>(); !problem.empty())
       text += fmt::format("  rig        {}\n", problem);
   }

@@ -1,5 +1,5 @@
 // The counters of every part as JSON: what the `status` topic, the control command and the summary at the end show.
-// One table says what each one is (daemon/README.md is checked against it by a test).
+// daemon/counter_table.h says what each one is.
 #pragma once
 
 #include <nlohmann/json.hpp>

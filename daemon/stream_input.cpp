@@ -1,26 +1,37 @@
 #include "daemon/stream_input.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "capture/monotonic_clock.h"
 #include "daemon/make_source.h"
 
 namespace risorius {
+namespace {
+
+/// A source whose clock runs so much faster or slower than ours is a take at another pace: its latencies mean nothing.
+constexpr double kLiveSkewPpm = 2000;
+
+}  // namespace
+
 StreamInput::StreamInput(boost::asio::io_context& io, std::uint32_t stream_id, const SourceConfig& config,
-                         Channel<AdmittedItem>& admitted)
+                         Channel<AdmittedItem>& admitted, std::function<void()> on_state_change)
     : name_(config.name),
       stream_id_(stream_id),
       admitted_(admitted),
       reorder_(config.stages.reorder),
       source_(make_source(io, stream_id, config, [this] { on_ready(); })),
       tick_timer_(io),
-      tick_period_ns_(std::max<std::int64_t>(1'000'000, config.stages.reorder.timeout_ns / 4)) {}
+      tick_period_ns_(std::max<std::int64_t>(1'000'000, config.stages.reorder.timeout_ns / 4)),
+      watchdog_timer_(io),
+      on_state_change_(std::move(on_state_change)) {}
 
 void StreamInput::start() { source_->start(); }
 
 void StreamInput::stop() {
   source_->stop();
   tick_timer_.cancel();
+  watchdog_timer_.cancel();
   source_->flush();
   on_ready();
   end_stream();
@@ -37,6 +48,7 @@ void StreamInput::on_ready() {
     switch (event_.kind) {
       case SourceEventKind::kNewSession:
         end_stream();
+        clock_.reset();
         sets_.clear();
         admitted_set_ = nullptr;
         break;
@@ -44,6 +56,7 @@ void StreamInput::on_ready() {
         describe(*event_.set);
         break;
       case SourceEventKind::kFrame:
+        note_arrival(event_.frame.header);
         push_in_order(event_.frame);
         break;
       case SourceEventKind::kEndOfStream:
@@ -52,9 +65,13 @@ void StreamInput::on_ready() {
         break;
       case SourceEventKind::kRecordingStarted:
       case SourceEventKind::kRecordingStopped:
+        follow_recording();
         break;
     }
   }
+  for (ClockSample sample; source_->pop_clock_sample(sample);)
+    clock_.add_echo(sample.sent_ns, sample.tracker_ns, sample.received_ns);
+  arm_watchdog();
   if (reorder_.ledger().held.value() > 0) arm_tick();
 }
 
@@ -89,6 +106,7 @@ bool StreamInput::use_set_of(const MarkerFrame& frame) {
   const auto set = sets_.find(frame.header.set_id);
   if (set == sets_.end()) return false;  // the source hands on no frame of a set that it has not
   if (set->second == admitted_set_) return true;
+  watchdog_.use_rate(set->second->rate_hz);
   admitted_set_ = admit_control(AdmittedItem::Kind::kMarkerSet, set->second) ? set->second : nullptr;
   item_.kind = AdmittedItem::Kind::kFrame;
   return admitted_set_ != nullptr;
@@ -108,6 +126,46 @@ void StreamInput::end_stream() {
   admit_ordered_frames();
   if (stream_open_) admit_control(AdmittedItem::Kind::kEndOfStream, nullptr);
   stream_open_ = false;
+  watchdog_.stream_ended();
+}
+
+std::string_view StreamInput::state() const noexcept {
+  if (watchdog_.stale()) return "stale";
+  if (stream_open_) return "streaming";
+  return name_of(source().link.load());
+}
+
+void StreamInput::note_arrival(const FrameHeader& header) noexcept {
+  if (watchdog_.frame_came(header.receive_time_ns)) on_state_change_();
+  clock_.add_arrival(header.capture_time_ns, header.receive_time_ns);
+  if (!clock_.known() || std::abs(clock_.skew_ppm()) > kLiveSkewPpm) return;
+  exposure_to_received_.add(difference_ns(header.receive_time_ns, clock_.to_ours_ns(header.capture_time_ns)));
+}
+
+/// One timer, moved on when it fires: a frame costs no timer of its own.
+void StreamInput::arm_watchdog() {
+  if (watchdog_armed_ || !watchdog_.running() || watchdog_.stale()) return;
+  watchdog_armed_ = true;
+  const std::int64_t wait_ns = std::max<std::int64_t>(0, watchdog_.deadline_ns() - monotonic_now_ns());
+  watchdog_timer_.expires_after(std::chrono::nanoseconds(wait_ns));
+  watchdog_timer_.async_wait([this](const boost::system::error_code& error) {
+    watchdog_armed_ = false;
+    if (error) return;
+    if (watchdog_.look(monotonic_now_ns())) on_state_change_();
+    arm_watchdog();
+  });
+}
+
+/// What was captured before the tracker's word goes before it.
+void StreamInput::follow_recording() {
+  recording_events_.add();
+  reorder_.flush();
+  admit_ordered_frames();
+  item_.recording_name_size = event_.recording_name_size;
+  item_.recording_name_bytes = event_.recording_name_bytes;
+  admit_control(event_.kind == SourceEventKind::kRecordingStarted ? AdmittedItem::Kind::kRecordingStarted
+                                                                  : AdmittedItem::Kind::kRecordingStopped,
+                nullptr);
 }
 
 // Only while frames wait behind a gap: an idle stream costs no wake-ups.

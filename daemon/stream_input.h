@@ -1,26 +1,34 @@
-// One [[source]] on the I/O thread: source -> reorder window -> the admission point.
+// One [[source]] on the I/O thread: source -> reorder window -> the admission point. Beside that way: the watchdog, the
+// comparison of the tracker's clock with ours, and what the tracker says of its own recording.
 #pragma once
 
+#include <atomic>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <unordered_map>
 
+#include "capture/clock_sync.h"
 #include "capture/wire/reorder_window.h"
 #include "capture/wire/source.h"
 #include "daemon/channel.h"
 #include "daemon/config.h"
+#include "daemon/latency_histogram.h"
 #include "daemon/pipeline_items.h"
+#include "daemon/watchdog.h"
 
 namespace risorius {
 
 class StreamInput {
  public:
-  /// Throws UserError if the address cannot be bound.
+  /// `on_state_change`: called on the I/O thread when the stream goes stale or comes back. Throws UserError if the
+  /// address cannot be bound.
   StreamInput(boost::asio::io_context& io, std::uint32_t stream_id, const SourceConfig& config,
-              Channel<AdmittedItem>& admitted);
+              Channel<AdmittedItem>& admitted, std::function<void()> on_state_change);
 
   void start();
   /// Closes the socket and admits what is left, then the end of the stream.
@@ -35,6 +43,14 @@ class StreamInput {
   const ReorderWindow& reorder() const noexcept { return reorder_; }
   const StageLedger& admission() const noexcept { return admission_; }
   const Counter& control_lost() const noexcept { return control_lost_; }
+  /// "streaming", "stale" (silent for three frame times), else the state of the link. From any thread.
+  std::string_view state() const noexcept;
+  const Watchdog& watchdog() const noexcept { return watchdog_; }
+  const ClockSync& clock() const noexcept { return clock_; }
+  /// From the tracker's exposure, by its clock, to our receive call. With arrivals alone: above the shortest one.
+  const LatencyHistogram& exposure_to_received() const noexcept { return exposure_to_received_; }
+  /// Starts and stops of the tracker's own recording.
+  const Counter& recording_events() const noexcept { return recording_events_; }
 
  private:
   void on_ready();
@@ -45,6 +61,9 @@ class StreamInput {
   bool admit_control(AdmittedItem::Kind kind, const MarkerSet* set);
   void end_stream();
   void arm_tick();
+  void note_arrival(const FrameHeader& header) noexcept;
+  void arm_watchdog();
+  void follow_recording();
 
   std::string name_;
   std::uint32_t stream_id_;
@@ -53,7 +72,15 @@ class StreamInput {
   std::unique_ptr<Source> source_;
   boost::asio::steady_timer tick_timer_;
   std::int64_t tick_period_ns_;
-  bool tick_armed_ = false, stream_open_ = false;
+  bool tick_armed_ = false;
+  std::atomic<bool> stream_open_{false};
+  Watchdog watchdog_;
+  boost::asio::steady_timer watchdog_timer_;
+  bool watchdog_armed_ = false;
+  std::function<void()> on_state_change_;
+  ClockSync clock_;
+  LatencyHistogram exposure_to_received_;
+  Counter recording_events_;
   std::unordered_map<std::uint32_t, const MarkerSet*> sets_;  ///< of this session, by id
   const MarkerSet* admitted_set_ = nullptr;                   ///< which the pipeline has now
   SourceEvent event_;

@@ -69,7 +69,8 @@ void TakeDataset::open_files(double rate_hz) {
   pose_csv_->write(
       "frame,translation_x_mm,translation_y_mm,translation_z_mm,rotation_x,rotation_y,rotation_z,rotation_w\n");
   quality_csv_->write(
-      "frame,time_s,measured,filled,rejected,missing,solver,residual_rms_mm,kkt_residual,marker_states,au_states\n");
+      "frame,time_s,measured,filled,rejected,missing,solver,residual_rms_mm,kkt_residual,marker_states,au_states,"
+      "timecode\n");
 }
 
 bool TakeDataset::continues_with(const MarkerFrame& frame) const noexcept {
@@ -134,7 +135,7 @@ void TakeDataset::write_lost_until(std::uint64_t sequence) {
     line_ += ",,,,,,,\n";
     pose_csv_->write(line_);
     line_.clear();
-    fmt::format_to(std::back_inserter(line_), "{},{},,,,,lost,,,,\n", next_sequence_, time_s);
+    fmt::format_to(std::back_inserter(line_), "{},{},,,,,lost,,,,,\n", next_sequence_, time_s);
     quality_csv_->write(line_);
     append_row(line_, next_sequence_);
     au_sd_csv_->write(line_ + std::string(rig_.au_count(), ',') + "\n");
@@ -180,10 +181,11 @@ void TakeDataset::write_quality(const SolvedFrame& frame, double time_s) {
   missing_count_ += count_of(MarkerState::kMissing);
   sample_count_ += frame.markers.count;
   line_.clear();
-  fmt::format_to(std::back_inserter(line_), "{},{},{},{},{},{},{},{},{},{},{}\n", frame.markers.header.sequence, time_s,
-                 count_of(MarkerState::kMeasured), count_of(MarkerState::kFilled), count_of(MarkerState::kRejected),
-                 count_of(MarkerState::kMissing), word_of(frame.aus.status), frame.aus.residual_rms_mm,
-                 frame.aus.kkt_residual, marker_states, au_states);
+  fmt::format_to(std::back_inserter(line_), "{},{},{},{},{},{},{},{},{},{},{},{}\n", frame.markers.header.sequence,
+                 time_s, count_of(MarkerState::kMeasured), count_of(MarkerState::kFilled),
+                 count_of(MarkerState::kRejected), count_of(MarkerState::kMissing), word_of(frame.aus.status),
+                 frame.aus.residual_rms_mm, frame.aus.kkt_residual, marker_states, au_states,
+                 text_of(frame.markers.header.timecode));
   quality_csv_->write(line_);
 }
 

@@ -57,6 +57,7 @@ bool FramePipeline::pop(SolvedFrame& out) noexcept {
     if (!despiker_.pop(between_)) return false;
     RISORIUS_CHECK(filler_.push(between_));
   }
+  note(PipelineStep::kCleaned);
   const bool looked_at = rig_problem_.empty() && solver_.push(out.markers) && solver_.pop(out.aus);
   if (!looked_at) {
     out.aus = AuFrame{};
@@ -64,6 +65,7 @@ bool FramePipeline::pop(SolvedFrame& out) noexcept {
     out.aus.header.set_id = solver_.au_set_id();
     out.aus.count = static_cast<std::uint32_t>(rig_.au_count());
   }
+  note(PipelineStep::kSolved);
   if (neutral_.running) add_to_neutral(out);
   return true;
 }

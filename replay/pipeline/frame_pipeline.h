@@ -39,6 +39,9 @@ struct PipelineOptions {
   DampedVelocityOptions damped_velocity;
 };
 
+/// What a frame has behind it.
+enum class PipelineStep : std::uint8_t { kCleaned, kSolved };
+
 class FramePipeline {
  public:
   /// Throws UserError where options or rig are not valid.
@@ -64,6 +67,14 @@ class FramePipeline {
   /// Forgets the past; for a new take of the same names.
   void reset() noexcept;
 
+  /// Told when a frame that pop hands on has a step behind it. For the daemon, which has a clock: no stage has one, and
+  /// no value depends on it.
+  using StepObserver = void (*)(void* context, PipelineStep step) noexcept;
+  void observe_steps(StepObserver observer, void* context) noexcept {
+    observer_ = observer;
+    observer_context_ = context;
+  }
+
   /// How the face goes on after `frame`; at its own rate, so false for most frames. Called after `frame` was handed on.
   bool continue_from(const AuFrame& frame, Continuation& out) noexcept { return continuer_.process(frame, out); }
 
@@ -88,6 +99,9 @@ class FramePipeline {
   const Continuer& continuer() const noexcept { return continuer_; }
 
  private:
+  void note(PipelineStep step) const noexcept {
+    if (observer_ != nullptr) observer_(observer_context_, step);
+  }
   void add_to_neutral(const SolvedFrame& frame);
   void finish_neutral();
 
@@ -101,6 +115,8 @@ class FramePipeline {
   std::uint32_t set_id_ = 0, set_count_ = 0;
   std::vector<int> set_index_of_rig_marker_;
   MarkerFrame between_;
+  StepObserver observer_ = nullptr;
+  void* observer_context_ = nullptr;
 
   NeutralCapture neutral_;
   std::int64_t neutral_duration_ns_ = 0;
