@@ -4,7 +4,7 @@
 
 #include "capture/errors.h"
 #include "capture/marker_set.h"
-#include "replay/live/send_target.h"
+#include "daemon/source_address.h"
 
 namespace risorius {
 namespace {
@@ -41,7 +41,7 @@ void visit_queues(V& v, C& c) {
 template <class V, class C>
 void visit_source(V& v, C& c) {
   v.text("name", c.name, "name of the stream, in messages and folders");
-  v.text("listen", c.listen, "udp://ADDRESS:PORT or zmq+tcp://ADDRESS:PORT");
+  v.text("listen", c.listen, "udp://ADDRESS:PORT, zmq+tcp://ADDRESS:PORT, natnet://HOST, qtm://HOST or vicon://HOST");
   v.text("zmq_pattern", c.zmq_pattern, "for zmq+tcp: \"pull\" (senders PUSH, flow control) or \"sub\" (senders PUB)");
   v.text("rig", c.rig, "\"builtin\" or the path of a rig file");
   v.text("units", c.units, "\"\" = as the sender states; else mm, cm, m");
@@ -57,7 +57,7 @@ void check_source(const SourceConfig& source, const std::string& place, ConfigPr
   if (!name_is_plain)
     problems.add(place + ".name", "\"" + source.name + "\" cannot name a folder", "use letters, digits, - and _");
   try {
-    parse_listen_address(source.listen);
+    parse_source_address(source.listen);
   } catch (const UserError& error) {
     problems.add(place + ".listen", error.what(), "port 0 lets the system choose");
   }

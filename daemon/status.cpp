@@ -16,15 +16,13 @@ nlohmann::json ledger_json(const StageLedger& ledger) {
           {"held", ledger.held.value()}};
 }
 
-nlohmann::json datagrams_json(const StreamInput& input) {
-  const DecoderCounters& counters = input.decoder().counters();
+nlohmann::json datagrams_json(const SourceCounters& counters) {
   nlohmann::json json = ledger_json(counters.datagrams);
-  json["kernel_drops"] = input.kernel_drops();
-  json["receive_buffer_bytes"] = input.granted_receive_buffer_bytes();
+  json["kernel_drops"] = counters.kernel_drops.value();
+  json["receive_buffer_bytes"] = counters.granted_buffer_bytes.value();
   json["errors"] = nlohmann::json::object();
-  for (std::size_t i = 1; i < kDecodeErrorCount; ++i) {
-    const auto error = static_cast<DecodeError>(i);
-    if (counters.of(error) > 0) json["errors"][std::string(name_of(error))] = counters.of(error);
+  for (std::size_t i = 0; i < counters.reasons.size(); ++i) {
+    if (counters.refused[i].value() > 0) json["errors"][std::string(counters.reasons[i])] = counters.refused[i].value();
   }
   return json;
 }
@@ -52,16 +50,17 @@ std::uint64_t filled_samples(const GapFiller& filler) {
 
 nlohmann::json status_of_stream(const StreamInput& input, const PipelineStream& stream, const Publisher& publisher,
                                 std::uint32_t stream_id) {
-  const DecoderCounters& decoder = input.decoder().counters();
+  const SourceCounters& source = input.source();
   const ReorderWindow& reorder = input.reorder();
   nlohmann::json json{
       {"endpoint", input.endpoint()}, {"rig", stream.current_rig().name}, {"rig_problem", stream.rig_problem()}};
-  json["datagrams"] = datagrams_json(input);
-  json["frames"] = {{"assembled", ledger_json(decoder.frames)},
-                    {"incomplete", decoder.incomplete_frames.value()},
+  json["link"] = {{"state", name_of(source.link.load())}, {"reconnects", source.reconnects.value()}};
+  json["datagrams"] = datagrams_json(source);
+  json["frames"] = {{"assembled", ledger_json(source.frames)},
+                    {"incomplete", source.incomplete_frames.value()},
                     {"lost", reorder.lost().value()},
-                    {"sessions", decoder.sessions.value()},
-                    {"sets", decoder.sets_changed.value()}};
+                    {"sessions", source.sessions.value()},
+                    {"sets", source.sets_changed.value()}};
   json["reorder"] = ledger_json(reorder.ledger());
   json["reorder"]["duplicates"] = reorder.duplicates().value();
   json["reorder"]["late"] = reorder.late().value();

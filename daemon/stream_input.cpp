@@ -3,73 +3,27 @@
 #include <algorithm>
 
 #include "capture/monotonic_clock.h"
+#include "daemon/make_source.h"
 
 namespace risorius {
-namespace {
-
-DecoderOptions decoder_options(std::uint32_t stream_id, const SourceConfig& config) {
-  DecoderOptions options{.stream_id = stream_id};
-  if (!config.units.empty()) options.mm_per_unit = parse_unit(config.units);
-  if (!config.axes.empty()) options.axes = Axes::parse(config.axes);
-  return options;
-}
-
-/// ZeroMQ writes "any port" as a star.
-std::string zmq_endpoint(const SendTarget& listen) {
-  return (listen.host.find(':') == std::string::npos ? "tcp://" + listen.host : "tcp://[" + listen.host + "]") + ":" +
-         (listen.port == 0 ? "*" : std::to_string(listen.port));
-}
-
-}  // namespace
-
 StreamInput::StreamInput(boost::asio::io_context& io, std::uint32_t stream_id, const SourceConfig& config,
                          Channel<AdmittedItem>& admitted)
     : name_(config.name),
       stream_id_(stream_id),
-      listen_(parse_listen_address(config.listen)),
       admitted_(admitted),
       reorder_(config.stages.reorder),
+      source_(make_source(io, stream_id, config, [this] { on_ready(); })),
       tick_timer_(io),
-      tick_period_ns_(std::max<std::int64_t>(1'000'000, config.stages.reorder.timeout_ns / 4)) {
-  if (listen_.transport == Transport::kUdp) {
-    UdpSourceOptions options{
-        .address = listen_.host, .port = listen_.port, .decoder = decoder_options(stream_id, config)};
-    options.receive_buffer_bytes = static_cast<std::size_t>(config.receive_buffer_bytes);
-    udp_ = std::make_unique<UdpSource>(io, options, [this] { on_ready(); });
-    decoder_ = &udp_->decoder();
-  } else {
-    ZmqSourceOptions options{.endpoint = zmq_endpoint(listen_), .decoder = decoder_options(stream_id, config)};
-    options.pattern = config.zmq_pattern == "sub" ? ZmqPattern::kSubscribe : ZmqPattern::kPull;
-    zmq_ = std::make_unique<ZmqSource>(io, options, [this] { on_ready(); });
-    decoder_ = &zmq_->decoder();
-  }
-}
+      tick_period_ns_(std::max<std::int64_t>(1'000'000, config.stages.reorder.timeout_ns / 4)) {}
 
-void StreamInput::start() {
-  if (udp_) udp_->start();
-  if (zmq_) zmq_->start();
-}
+void StreamInput::start() { source_->start(); }
 
 void StreamInput::stop() {
-  if (udp_) udp_->stop();
-  if (zmq_) zmq_->stop();
+  source_->stop();
   tick_timer_.cancel();
-  decoder_->flush();
+  source_->flush();
   on_ready();
   end_stream();
-}
-
-std::string StreamInput::endpoint() const {
-  if (zmq_) return "zmq+" + zmq_->endpoint();
-  SendTarget bound = listen_;
-  bound.port = udp_->port();
-  return to_url(bound);
-}
-
-std::uint64_t StreamInput::kernel_drops() const noexcept { return udp_ ? udp_->counters().kernel_drops.value() : 0; }
-
-std::uint64_t StreamInput::granted_receive_buffer_bytes() const noexcept {
-  return udp_ ? udp_->granted_buffer_bytes() : 0;
 }
 
 bool StreamInput::admit_neutral_capture(std::int64_t duration_ns) {
@@ -79,7 +33,7 @@ bool StreamInput::admit_neutral_capture(std::int64_t duration_ns) {
 }
 
 void StreamInput::on_ready() {
-  while (decoder_->pop(event_)) {
+  while (source_->pop(event_)) {
     switch (event_.kind) {
       case SourceEventKind::kNewSession:
         end_stream();
@@ -95,6 +49,9 @@ void StreamInput::on_ready() {
       case SourceEventKind::kEndOfStream:
         if (event_.end.frames_sent > 0) reorder_.end_of_stream(event_.end.last_sequence);
         end_stream();
+        break;
+      case SourceEventKind::kRecordingStarted:
+      case SourceEventKind::kRecordingStopped:
         break;
     }
   }
@@ -130,7 +87,7 @@ void StreamInput::describe(const MarkerSet& set) {
 /// False if the set could not be admitted: then its frames must not be either, and the next one tries again.
 bool StreamInput::use_set_of(const MarkerFrame& frame) {
   const auto set = sets_.find(frame.header.set_id);
-  if (set == sets_.end()) return false;  // the decoder hands on no frame of a set that it has not
+  if (set == sets_.end()) return false;  // the source hands on no frame of a set that it has not
   if (set->second == admitted_set_) return true;
   admitted_set_ = admit_control(AdmittedItem::Kind::kMarkerSet, set->second) ? set->second : nullptr;
   item_.kind = AdmittedItem::Kind::kFrame;

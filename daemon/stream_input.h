@@ -1,4 +1,4 @@
-// One [[source]] on the I/O thread: socket -> decoder -> reorder window -> the admission point.
+// One [[source]] on the I/O thread: source -> reorder window -> the admission point.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -8,14 +8,11 @@
 #include <string>
 #include <unordered_map>
 
-#include "capture/wire/marker_stream_decoder.h"
 #include "capture/wire/reorder_window.h"
-#include "capture/wire/udp_source.h"
-#include "capture/wire/zmq_source.h"
+#include "capture/wire/source.h"
 #include "daemon/channel.h"
 #include "daemon/config.h"
 #include "daemon/pipeline_items.h"
-#include "replay/live/send_target.h"
 
 namespace risorius {
 
@@ -32,14 +29,12 @@ class StreamInput {
   bool admit_neutral_capture(std::int64_t duration_ns);
 
   const std::string& name() const noexcept { return name_; }
-  /// Where senders can send (with the port that the system chose, if asked for one).
-  std::string endpoint() const;
-  const MarkerStreamDecoder& decoder() const noexcept { return *decoder_; }
+  /// Where senders can send (with the port that the system chose, if asked for one), or what we are connected to.
+  std::string endpoint() const { return source_->endpoint(); }
+  const SourceCounters& source() const noexcept { return source_->counters(); }
   const ReorderWindow& reorder() const noexcept { return reorder_; }
   const StageLedger& admission() const noexcept { return admission_; }
   const Counter& control_lost() const noexcept { return control_lost_; }
-  std::uint64_t kernel_drops() const noexcept;
-  std::uint64_t granted_receive_buffer_bytes() const noexcept;
 
  private:
   void on_ready();
@@ -53,12 +48,9 @@ class StreamInput {
 
   std::string name_;
   std::uint32_t stream_id_;
-  SendTarget listen_;
   Channel<AdmittedItem>& admitted_;
   ReorderWindow reorder_;
-  std::unique_ptr<UdpSource> udp_;  ///< one of the two
-  std::unique_ptr<ZmqSource> zmq_;
-  MarkerStreamDecoder* decoder_ = nullptr;  ///< the source's
+  std::unique_ptr<Source> source_;
   boost::asio::steady_timer tick_timer_;
   std::int64_t tick_period_ns_;
   bool tick_armed_ = false, stream_open_ = false;

@@ -183,13 +183,15 @@ void write_range(ByteWriter& writer, std::size_t count, std::size_t first, std::
 
 }  // namespace
 
-std::string_view name_of(DecodeError error) noexcept {
+std::span<const std::string_view> decode_error_names() noexcept {
   static constexpr std::array<std::string_view, kDecodeErrorCount> kNames{
       "none",           "too_short",         "too_long",  "bad_magic",    "bad_version", "bad_checksum",
       "bad_type",       "bad_length",        "bad_count", "bad_value",    "unknown_set", "other_session",
       "count_mismatch", "inconsistent_part", "bad_set",   "too_many_sets"};
-  return kNames[static_cast<std::size_t>(error)];
+  return kNames;
 }
+
+std::string_view name_of(DecodeError error) noexcept { return decode_error_names()[static_cast<std::size_t>(error)]; }
 
 std::string_view take_name(std::span<const std::byte>& names) noexcept {
   ByteReader reader(names);

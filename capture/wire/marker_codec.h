@@ -14,6 +14,7 @@
 
 #include "capture/frames.h"
 #include "capture/marker_set.h"
+#include "capture/wire/source_event.h"
 
 namespace risorius {
 
@@ -46,6 +47,8 @@ inline constexpr std::size_t kDecodeErrorCount = static_cast<std::size_t>(Decode
 
 /// "bad_checksum" and so on: the name of the error's counter.
 std::string_view name_of(DecodeError error) noexcept;
+/// All of them, in the order of the enumeration.
+std::span<const std::string_view> decode_error_names() noexcept;
 
 /// Names [first, first + part_count) of a marker set.
 struct MarkerSetPart {
@@ -82,12 +85,6 @@ struct MarkerFramePart {
 /// is not finite becomes missing with reason kNotFinite. Returns the number of those.
 std::size_t place_markers(const MarkerFramePart& part, double mm_per_unit, const Axes& axes,
                           MarkerFrame& frame) noexcept;
-
-struct EndOfStream {
-  std::uint32_t session = 0;
-  std::uint64_t frames_sent = 0;
-  std::uint64_t last_sequence = 0;  ///< means nothing if frames_sent is 0
-};
 
 using NativeMessage = std::variant<EndOfStream, MarkerFramePart, MarkerSetPart>;
 

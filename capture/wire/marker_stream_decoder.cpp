@@ -3,7 +3,6 @@
 #include <cmath>
 #include <fmt/format.h>
 
-#include "capture/check.h"
 #include "capture/errors.h"
 
 namespace risorius {
@@ -18,9 +17,6 @@ const DecoderOptions& checked(const DecoderOptions& options) {
     throw UserError("reassembly_frames", fmt::format("{} is out of range", options.reassembly_frames),
                     fmt::format("1 to {}", FrameAssembler::kMemory));
   }
-  if (options.event_capacity < 2 || options.event_capacity > 65536) {
-    throw UserError("event_capacity", fmt::format("{} is out of range", options.event_capacity), "2 to 65536");
-  }
   return options;
 }
 
@@ -30,26 +26,13 @@ MarkerStreamDecoder::MarkerStreamDecoder(const DecoderOptions& options)
     : stream_id_(checked(options).stream_id),
       sets_(options.mm_per_unit, options.axes),
       assembler_(options.reassembly_frames),
-      events_(options.event_capacity) {}
-
-SourceEvent& MarkerStreamDecoder::emit(SourceEventKind kind) noexcept {
-  RISORIUS_CHECK(event_count_ < events_.size());
-  SourceEvent& event = events_[(first_event_ + event_count_++) % events_.size()];
-  event.kind = kind;
-  event.session = sets_.session().value_or(0);
-  event.set = nullptr;
-  return event;
-}
-
-void MarkerStreamDecoder::refuse(DecodeError error, std::uint64_t datagrams) noexcept {
-  counters_.datagrams.refused.add(datagrams);
-  counters_.errors[static_cast<std::size_t>(error)].add(datagrams);
-}
+      events_(options.event_capacity),
+      counters_(decode_error_names()) {}
 
 void MarkerStreamDecoder::account(const FrameAssembler::Outcome& outcome) noexcept {
   counters_.datagrams.emitted.add(outcome.parts_used);
   counters_.datagrams.dropped.add(outcome.parts_dropped);
-  if (outcome.parts_refused > 0) refuse(outcome.error, outcome.parts_refused);
+  if (outcome.parts_refused > 0) counters_.refuse(outcome.error, outcome.parts_refused);
   counters_.frames.received.add(outcome.frames_opened);
   counters_.frames.dropped.add(outcome.frames_given_up);
   counters_.incomplete_frames.add(outcome.frames_given_up);
@@ -58,7 +41,7 @@ void MarkerStreamDecoder::account(const FrameAssembler::Outcome& outcome) noexce
 
 void MarkerStreamDecoder::update_held() noexcept {
   counters_.datagrams.held.set(assembler_.held_parts() + sets_.held());
-  counters_.frames.held.set(assembler_.held_frames() + waiting_frames_);
+  counters_.frames.held.set(assembler_.held_frames() + events_.waiting_frames());
 }
 
 bool MarkerStreamDecoder::push(std::span<const std::byte> datagram, std::int64_t receive_time_ns) noexcept {
@@ -66,7 +49,7 @@ bool MarkerStreamDecoder::push(std::span<const std::byte> datagram, std::int64_t
   counters_.datagrams.received.add();
   NativeMessage message;
   if (const DecodeError error = decode(datagram, message); error != DecodeError::kNone) {
-    refuse(error);
+    counters_.refuse(error);
   } else if (const auto* frame = std::get_if<MarkerFramePart>(&message)) {
     take(*frame, receive_time_ns);
   } else if (const auto* set = std::get_if<MarkerSetPart>(&message)) {
@@ -82,7 +65,7 @@ void MarkerStreamDecoder::take(const MarkerSetPart& part) noexcept {
   const MarkerSetBook::Outcome outcome = sets_.add(part);
   counters_.datagrams.emitted.add(outcome.used);
   counters_.datagrams.dropped.add(outcome.dropped);
-  if (outcome.refused > 0) refuse(outcome.error, outcome.refused);
+  if (outcome.refused > 0) counters_.refuse(outcome.error, outcome.refused);
   if (outcome.new_session) {
     account(assembler_.reset());
     last_end_.reset();
@@ -98,10 +81,10 @@ void MarkerStreamDecoder::take(const MarkerSetPart& part) noexcept {
 }
 
 void MarkerStreamDecoder::take(const MarkerFramePart& part, std::int64_t receive_time_ns) noexcept {
-  if (sets_.session() && *sets_.session() != part.session) return refuse(DecodeError::kOtherSession);
+  if (sets_.session() && *sets_.session() != part.session) return counters_.refuse(DecodeError::kOtherSession);
   const MarkerSet* set = sets_.find(part.set_id);
-  if (set == nullptr) return refuse(DecodeError::kUnknownSet);
-  if (set->names.size() != part.count) return refuse(DecodeError::kCountMismatch);
+  if (set == nullptr) return counters_.refuse(DecodeError::kUnknownSet);
+  if (set->names.size() != part.count) return counters_.refuse(DecodeError::kCountMismatch);
   const FrameAssembler::Outcome outcome = assembler_.add(part, *set);
   account(outcome);
   if (outcome.complete == nullptr) return;
@@ -109,11 +92,10 @@ void MarkerStreamDecoder::take(const MarkerFramePart& part, std::int64_t receive
   frame = *outcome.complete;
   frame.header.stream_id = stream_id_;
   frame.header.receive_time_ns = receive_time_ns;
-  ++waiting_frames_;
 }
 
 void MarkerStreamDecoder::take(const EndOfStream& end) noexcept {
-  if (sets_.session() != end.session) return refuse(DecodeError::kOtherSession);
+  if (sets_.session() != end.session) return counters_.refuse(DecodeError::kOtherSession);
   if (last_end_ && last_end_->frames_sent == end.frames_sent && last_end_->last_sequence == end.last_sequence) {
     counters_.datagrams.dropped.add();
     return;
@@ -124,12 +106,8 @@ void MarkerStreamDecoder::take(const EndOfStream& end) noexcept {
 }
 
 bool MarkerStreamDecoder::pop(SourceEvent& event) noexcept {
-  if (event_count_ == 0) return false;
-  event = events_[first_event_];
-  first_event_ = (first_event_ + 1) % events_.size();
-  --event_count_;
+  if (!events_.pop(event)) return false;
   if (event.kind == SourceEventKind::kFrame) {
-    --waiting_frames_;
     counters_.frames.emitted.add();
     update_held();
   }

@@ -12,7 +12,7 @@ constexpr int kNewestMinor = 27, kOldestMinor = 8, kMinorWithoutVersion = 1;
 constexpr std::int64_t kSecond = 1'000'000'000;
 constexpr std::int64_t kReplyTimeoutNs = 5 * kSecond;
 constexpr std::int64_t kOptionalReplyTimeoutNs = kSecond;
-constexpr std::int64_t kRestNs = kSecond;           ///< until a server that has no data is asked again
+constexpr std::int64_t kRestNs = kSecond;  ///< until a server that has no data is asked again
 constexpr std::int64_t kNoDataTimeoutNs = 3 * kSecond;
 constexpr std::int64_t kSilenceTimeoutNs = 5 * kSecond;
 constexpr std::string_view kGreeting = "QTM RT Interface connected";
@@ -47,7 +47,7 @@ void QtmDialog::connected(std::uint16_t udp_port, std::int64_t now_ns) {
   settings_ = {};
   minor_ = kMinorWithoutVersion;
   attempt_ = 0;
-  failed_ = data_came_ = refreshing_ = false;
+  failed_ = data_came_ = refreshing_ = refresh_wanted_ = false;
   phase_ = Phase::kGreeting;
   asked_ns_ = heard_ns_ = probed_ns_ = refreshed_ns_ = now_ns;
 }
@@ -179,7 +179,10 @@ void QtmDialog::on_no_more_data(std::int64_t now_ns) {
 }
 
 void QtmDialog::refresh_labels(std::int64_t now_ns) {
+  // Asked for too soon, it waits for a Tick.
+  refresh_wanted_ = true;
   if (phase_ != Phase::kStreaming || refreshing_ || now_ns - refreshed_ns_ < kSecond) return;
+  refresh_wanted_ = false;
   refreshing_ = true;
   refreshed_ns_ = now_ns;
   append_qtm_text(QtmPacketType::kCommand, "GetParameters 3D", out_);
@@ -207,6 +210,7 @@ void QtmDialog::tick(std::int64_t now_ns) {
     case Phase::kStreaming:
       break;
   }
+  if (refresh_wanted_) refresh_labels(now_ns);
   if (!data_came_ && waited_ns > kNoDataTimeoutNs) {
     attempt_ = (attempt_ + 1) % kComponents.size();
     return ask_stream(now_ns);

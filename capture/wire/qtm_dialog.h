@@ -27,7 +27,7 @@ class QtmDialog {
   void on_event(QtmEvent event, std::int64_t now_ns);
   void on_data(std::int64_t now_ns) noexcept;
   void on_no_more_data(std::int64_t now_ns);
-  /// Asks for the labels again, at most once a second.
+  /// Asks for the labels again, now or when a second has passed since the last time.
   void refresh_labels(std::int64_t now_ns);
   void tick(std::int64_t now_ns);
 
@@ -53,7 +53,7 @@ class QtmDialog {
   std::uint16_t udp_port_ = 0;
   int minor_ = 0;
   std::size_t attempt_ = 0;  ///< which row of components to ask for
-  bool failed_ = false, data_came_ = false, refreshing_ = false;
+  bool failed_ = false, data_came_ = false, refreshing_ = false, refresh_wanted_ = false;
   std::int64_t asked_ns_ = 0;      ///< the command under way, or the beginning of a rest
   std::int64_t heard_ns_ = 0;      ///< the last sign of life
   std::int64_t refreshed_ns_ = 0;  ///< the last time that labels were asked for

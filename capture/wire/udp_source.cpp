@@ -1,19 +1,15 @@
 #include "capture/wire/udp_source.h"
 
 #include <algorithm>
-#include <array>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/udp.hpp>
 #include <cerrno>
-#include <cstring>
 #include <fmt/format.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
 #include <utility>
-#include <vector>
 
 #include "capture/errors.h"
 #include "capture/monotonic_clock.h"
+#include "capture/wire/receive_batch.h"
 
 namespace risorius {
 namespace {
@@ -25,62 +21,6 @@ constexpr std::size_t kBatch = 32;
 constexpr std::size_t kMaxBatchesPerWakeUp = 4;
 constexpr std::size_t kSlotBytes = 2048;
 static_assert(kSlotBytes > kMaxDatagramBytes);
-
-// What one recvmmsg call fills.
-class ReceiveBatch {
- public:
-  ReceiveBatch() {
-    for (std::size_t i = 0; i < kBatch; ++i) {
-      parts_[i] = {.iov_base = bytes_[i].data(), .iov_len = kSlotBytes};
-      messages_[i].msg_hdr.msg_iov = &parts_[i];
-      messages_[i].msg_hdr.msg_iovlen = 1;
-    }
-  }
-  // The number of datagrams; negative with errno set.
-  int receive(int socket, std::size_t limit) noexcept {
-    for (std::size_t i = 0; i < limit; ++i) {
-      messages_[i].msg_hdr.msg_control = control_[i].bytes.data();
-      messages_[i].msg_hdr.msg_controllen = control_[i].bytes.size();
-    }
-    return recvmmsg(socket, messages_.data(), static_cast<unsigned>(limit), MSG_DONTWAIT, nullptr);
-  }
-  std::span<const std::byte> datagram(std::size_t i) const noexcept {
-    return std::span<const std::byte>(bytes_[i]).first(messages_[i].msg_len);
-  }
-  bool truncated(std::size_t i) const noexcept { return (messages_[i].msg_hdr.msg_flags & MSG_TRUNC) != 0; }
-  // The socket's drops so far, as of datagram i; `otherwise` if the kernel did not say.
-  std::uint32_t drops(std::size_t i, std::uint32_t otherwise) noexcept {
-    msghdr& header = messages_[i].msg_hdr;
-    for (cmsghdr* control = CMSG_FIRSTHDR(&header); control != nullptr; control = CMSG_NXTHDR(&header, control)) {
-      if (control->cmsg_level != SOL_SOCKET || control->cmsg_type != SO_RXQ_OVFL) continue;
-      std::memcpy(&otherwise, CMSG_DATA(control), sizeof otherwise);
-    }
-    return otherwise;
-  }
-
- private:
-  struct alignas(cmsghdr) Control {
-    std::array<std::byte, CMSG_SPACE(sizeof(std::uint32_t))> bytes;
-  };
-  std::array<std::array<std::byte, kSlotBytes>, kBatch> bytes_{};
-  std::array<Control, kBatch> control_{};
-  std::array<iovec, kBatch> parts_{};
-  std::array<mmsghdr, kBatch> messages_{};
-};
-
-std::size_t request_receive_buffer(int socket, std::size_t bytes) {
-  const int asked = static_cast<int>(bytes);
-  const auto granted = [socket] {
-    int value = 0;
-    socklen_t size = sizeof value;
-    getsockopt(socket, SOL_SOCKET, SO_RCVBUF, &value, &size);
-    return static_cast<std::size_t>(value) / 2;  // the kernel doubles it, for its own bookkeeping
-  };
-  setsockopt(socket, SOL_SOCKET, SO_RCVBUF, &asked, sizeof asked);
-  // Beyond net.core.rmem_max only with CAP_NET_ADMIN; without it the smaller buffer stays.
-  if (granted() < bytes) setsockopt(socket, SOL_SOCKET, SO_RCVBUFFORCE, &asked, sizeof asked);
-  return granted();
-}
 
 udp::socket bound_socket(boost::asio::io_context& io, const UdpSourceOptions& options) {
   const std::string place = fmt::format("udp://{}:{}", options.address, options.port);
@@ -102,11 +42,14 @@ udp::socket bound_socket(boost::asio::io_context& io, const UdpSourceOptions& op
 
 struct UdpSource::Impl : std::enable_shared_from_this<UdpSource::Impl> {
   Impl(boost::asio::io_context& io, const UdpSourceOptions& options, std::function<void()> ready)
-      : decoder(options.decoder), socket(bound_socket(io, options)), on_ready(std::move(ready)) {
+      : decoder(options.decoder),
+        socket(bound_socket(io, options)),
+        on_ready(std::move(ready)),
+        counters(decoder.counters()) {
     port = socket.local_endpoint().port();
-    granted_buffer_bytes = request_receive_buffer(socket.native_handle(), options.receive_buffer_bytes);
-    const int on = 1;
-    setsockopt(socket.native_handle(), SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof on);
+    address = socket.local_endpoint().address().to_string();
+    if (socket.local_endpoint().address().is_v6()) address = "[" + address + "]";
+    counters.granted_buffer_bytes.set(prepare_receive_buffer(socket.native_handle(), options.receive_buffer_bytes));
   }
 
   void wait() {
@@ -133,6 +76,7 @@ struct UdpSource::Impl : std::enable_shared_from_this<UdpSource::Impl> {
       known_drops = drops;
       decoder.push(batch.datagram(i), receive_time_ns);
     }
+    if (count > 0) counters.link = LinkState::kStreaming;
     return count == limit;
   }
 
@@ -153,11 +97,11 @@ struct UdpSource::Impl : std::enable_shared_from_this<UdpSource::Impl> {
   MarkerStreamDecoder decoder;
   udp::socket socket;
   std::function<void()> on_ready;
-  ReceiveBatch batch;
-  UdpSourceCounters counters;
+  ReceiveBatch batch{kBatch, kSlotBytes};
+  SourceCounters& counters;
   std::uint32_t known_drops = 0;
+  std::string address;
   std::uint16_t port = 0;
-  std::size_t granted_buffer_bytes = 0;
   bool running = false, paused = false;
 };
 
@@ -195,8 +139,10 @@ void UdpSource::resume() {
 }
 
 MarkerStreamDecoder& UdpSource::decoder() noexcept { return impl_->decoder; }
-const UdpSourceCounters& UdpSource::counters() const noexcept { return impl_->counters; }
+bool UdpSource::pop(SourceEvent& event) noexcept { return impl_->decoder.pop(event); }
+void UdpSource::flush() noexcept { impl_->decoder.flush(); }
+const SourceCounters& UdpSource::counters() const noexcept { return impl_->counters; }
 std::uint16_t UdpSource::port() const noexcept { return impl_->port; }
-std::size_t UdpSource::granted_buffer_bytes() const noexcept { return impl_->granted_buffer_bytes; }
+std::string UdpSource::endpoint() const { return fmt::format("udp://{}:{}", impl_->address, impl_->port); }
 
 }  // namespace risorius

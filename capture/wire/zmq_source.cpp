@@ -56,6 +56,7 @@ zmq::socket_t opened(zmq::context_t& context, const ZmqSourceOptions& options) {
 struct ZmqSource::Impl : std::enable_shared_from_this<ZmqSource::Impl> {
   Impl(boost::asio::io_context& io_context, const ZmqSourceOptions& options, std::function<void()> ready)
       : decoder(options.decoder),
+        counters(decoder.counters()),
         socket(opened(context, options)),
         endpoint(socket.get(zmq::sockopt::last_endpoint)),
         descriptor(io_context, socket.get(zmq::sockopt::fd)),
@@ -97,6 +98,7 @@ struct ZmqSource::Impl : std::enable_shared_from_this<ZmqSource::Impl> {
     const auto bytes = static_cast<std::size_t>(size);
     if (bytes > buffer.size()) counters.truncated.add();
     decoder.push(std::span<const std::byte>(buffer).first(std::min(bytes, buffer.size())), receive_time_ns);
+    counters.link = LinkState::kStreaming;
     return true;
   }
 
@@ -117,6 +119,7 @@ struct ZmqSource::Impl : std::enable_shared_from_this<ZmqSource::Impl> {
   }
 
   MarkerStreamDecoder decoder;
+  SourceCounters& counters;
   zmq::context_t context{1};
   zmq::socket_t socket;
   std::string endpoint;
@@ -124,7 +127,6 @@ struct ZmqSource::Impl : std::enable_shared_from_this<ZmqSource::Impl> {
   boost::asio::io_context& io;
   std::function<void()> on_ready;
   std::array<std::byte, kBufferBytes> buffer{};
-  ZmqSourceCounters counters;
   bool running = false, paused = false;
 };
 
@@ -146,7 +148,9 @@ void ZmqSource::resume() {
 }
 
 MarkerStreamDecoder& ZmqSource::decoder() noexcept { return impl_->decoder; }
-const ZmqSourceCounters& ZmqSource::counters() const noexcept { return impl_->counters; }
-const std::string& ZmqSource::endpoint() const noexcept { return impl_->endpoint; }
+bool ZmqSource::pop(SourceEvent& event) noexcept { return impl_->decoder.pop(event); }
+void ZmqSource::flush() noexcept { impl_->decoder.flush(); }
+const SourceCounters& ZmqSource::counters() const noexcept { return impl_->counters; }
+std::string ZmqSource::endpoint() const { return "zmq+" + impl_->endpoint; }
 
 }  // namespace risorius

@@ -9,8 +9,8 @@
 #include <memory>
 #include <string>
 
-#include "capture/counters.h"
 #include "capture/wire/marker_stream_decoder.h"
+#include "capture/wire/source.h"
 
 namespace boost::asio {
 class io_context;
@@ -29,31 +29,21 @@ struct ZmqSourceOptions {
   DecoderOptions decoder;
 };
 
-struct ZmqSourceCounters {
-  Counter truncated;  ///< longer than any native message by far; refused by the decoder as too_long
-  Counter wake_ups;
-  Counter pauses;          ///< the consumer left the decoder full
-  Counter receive_errors;  ///< of the socket
-};
-
-class ZmqSource {
+class ZmqSource : public Source {
  public:
   /// Binds or connects. Throws UserError naming the endpoint or option, and the remedy.
   ZmqSource(boost::asio::io_context& io, const ZmqSourceOptions& options, std::function<void()> on_ready);
-  ~ZmqSource();
-  ZmqSource(const ZmqSource&) = delete;
-  ZmqSource& operator=(const ZmqSource&) = delete;
+  ~ZmqSource() override;
 
-  void start();
-  /// Closes the socket; on_ready is not called any more. Final.
-  void stop() noexcept;
-  /// After a pause: there is room in the decoder again.
-  void resume();
+  void start() override;
+  void stop() noexcept override;
+  void resume() override;
+  bool pop(SourceEvent& event) noexcept override;
+  void flush() noexcept override;
+  std::string endpoint() const override;
+  const SourceCounters& counters() const noexcept override;
 
   MarkerStreamDecoder& decoder() noexcept;
-  const ZmqSourceCounters& counters() const noexcept;
-  /// With the port that the system chose.
-  const std::string& endpoint() const noexcept;
 
  private:
   struct Impl;

@@ -282,7 +282,7 @@ TEST(MarkerStreamDecoder, SurvivesChaosWithBalancedLedgers) {
     expect_settled(decoder);
     const auto& counters = decoder.counters();
     std::uint64_t errors = 0;
-    for (const auto& error : counters.errors) errors += error.value();
+    for (const auto& error : counters.refused) errors += error.value();
     EXPECT_EQ(errors, counters.datagrams.refused.value());
     EXPECT_EQ(counters.datagrams.received.value(), received.size());
     EXPECT_GT(counters.of(DecodeError::kBadChecksum), 0u);

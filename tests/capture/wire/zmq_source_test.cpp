@@ -11,6 +11,8 @@
 namespace risorius {
 namespace {
 
+constexpr std::size_t kPrefix = std::string_view("zmq+").size();
+
 using test::Bytes;
 using test::datagrams_of;
 using test::marker_frame;
@@ -36,7 +38,7 @@ TEST(ZmqSource, TakesEverythingFromAPushingSenderThatIsFasterThanItself) {
   source.start();
   zmq::context_t context;
   zmq::socket_t push(context, zmq::socket_type::push);
-  push.connect(source.endpoint());
+  push.connect(source.endpoint().substr(kPrefix));
   send(push, datagrams_of(marker_set(60)));
   for (std::uint64_t sequence = 0; sequence < 900; ++sequence) send(push, datagrams_of(marker_frame(sequence, 60)));
   ASSERT_TRUE(run_until(io, [&] { return frames.size() == 900; }));
@@ -56,7 +58,7 @@ TEST(ZmqSource, PausesWhenItsConsumerIsFullAndLosesNothing) {
   source.start();
   zmq::context_t context;
   zmq::socket_t push(context, zmq::socket_type::push);
-  push.connect(source.endpoint());
+  push.connect(source.endpoint().substr(kPrefix));
   send(push, datagrams_of(marker_set(5)));
   for (std::uint64_t sequence = 0; sequence < 40; ++sequence) send(push, datagrams_of(marker_frame(sequence, 5)));
   std::uint64_t expected = 0;
@@ -102,7 +104,7 @@ TEST(ZmqSource, RefusesAndCountsMessagesThatAreTooLong) {
   source.start();
   zmq::context_t context;
   zmq::socket_t push(context, zmq::socket_type::push);
-  push.connect(source.endpoint());
+  push.connect(source.endpoint().substr(kPrefix));
   send(push, {Bytes(0), Bytes(1473), Bytes(60000)});
   ASSERT_TRUE(run_until(io, [&] { return source.decoder().counters().datagrams.received.value() == 3; }));
   EXPECT_EQ(source.decoder().counters().of(DecodeError::kTooLong), 2u);
@@ -113,10 +115,10 @@ TEST(ZmqSource, ABusyPortOrABadEndpointIsTheUsersToSolve) {
   boost::asio::io_context io;
   ZmqSource first(io, {.endpoint = kAnyPort}, [] {});
   try {
-    ZmqSource second(io, {.endpoint = first.endpoint()}, [] {});
-    FAIL() << "two sources on " << first.endpoint();
+    ZmqSource second(io, {.endpoint = first.endpoint().substr(kPrefix)}, [] {});
+    FAIL() << "two sources on " << first.endpoint().substr(kPrefix);
   } catch (const UserError& error) {
-    EXPECT_NE(std::string(error.what()).find(first.endpoint()), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find(first.endpoint().substr(kPrefix)), std::string::npos) << error.what();
     EXPECT_NE(std::string(error.what()).find("another port"), std::string::npos) << error.what();
   }
   EXPECT_THROW(ZmqSource(io, {.endpoint = "7001"}, [] {}), UserError);

@@ -40,7 +40,7 @@ class Receiver {
   }
   SendTarget target() const {
     if (udp_) return {transport_, "127.0.0.1", udp_->port()};
-    const std::string& endpoint = zmq_->endpoint();
+    const std::string endpoint = zmq_->endpoint();
     return {transport_, "127.0.0.1", static_cast<std::uint16_t>(std::stoi(endpoint.substr(endpoint.rfind(':') + 1)))};
   }
   // What has come so far, so that the test needs no large receive buffer.

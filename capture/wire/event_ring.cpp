@@ -1,0 +1,44 @@
+#include "capture/wire/event_ring.h"
+
+#include <fmt/format.h>
+
+#include "capture/check.h"
+#include "capture/errors.h"
+
+namespace risorius {
+namespace {
+
+std::size_t checked(std::size_t depth) {
+  if (depth < 2 || depth > 65536) {
+    throw UserError("event_capacity", fmt::format("{} is out of range", depth), "2 to 65536");
+  }
+  return depth;
+}
+
+}  // namespace
+
+EventRing::EventRing(std::size_t depth) : events_(checked(depth)) {}
+
+SourceEvent& EventRing::emit(SourceEventKind kind, std::uint32_t session) noexcept {
+  RISORIUS_CHECK(count_ < events_.size());
+  SourceEvent& event = events_[(first_ + count_++) % events_.size()];
+  event.kind = kind;
+  event.session = session;
+  event.set = nullptr;
+  event.end = {};
+  event.recording_name_size = 0;
+  if (kind == SourceEventKind::kFrame) ++waiting_frames_;
+  high_water_.raise_to(count_);
+  return event;
+}
+
+bool EventRing::pop(SourceEvent& event) noexcept {
+  if (count_ == 0) return false;
+  event = events_[first_];
+  first_ = (first_ + 1) % events_.size();
+  --count_;
+  if (event.kind == SourceEventKind::kFrame) --waiting_frames_;
+  return true;
+}
+
+}  // namespace risorius

@@ -1,0 +1,53 @@
+#include "daemon/make_source.h"
+
+#include <utility>
+
+#include "capture/errors.h"
+#include "capture/wire/udp_source.h"
+#include "capture/wire/zmq_source.h"
+#include "daemon/source_address.h"
+
+namespace risorius {
+namespace {
+
+DecoderOptions decoder_options(std::uint32_t stream_id, const SourceConfig& config) {
+  DecoderOptions options{.stream_id = stream_id};
+  if (!config.units.empty()) options.mm_per_unit = parse_unit(config.units);
+  if (!config.axes.empty()) options.axes = Axes::parse(config.axes);
+  return options;
+}
+
+/// ZeroMQ writes "any port" as a star.
+std::string zmq_endpoint(const SourceAddress& listen) {
+  return (listen.host.find(':') == std::string::npos ? "tcp://" + listen.host : "tcp://[" + listen.host + "]") + ":" +
+         (listen.port == 0 ? "*" : std::to_string(listen.port));
+}
+
+}  // namespace
+
+std::unique_ptr<Source> make_source(boost::asio::io_context& io, std::uint32_t stream_id, const SourceConfig& config,
+                                    std::function<void()> on_ready) {
+  const SourceAddress address = parse_source_address(config.listen);
+  const auto buffer_bytes = static_cast<std::size_t>(config.receive_buffer_bytes);
+  switch (address.kind) {
+    case SourceKind::kUdp:
+      return std::make_unique<UdpSource>(io,
+                                         UdpSourceOptions{.address = address.host,
+                                                          .port = address.port,
+                                                          .receive_buffer_bytes = buffer_bytes,
+                                                          .decoder = decoder_options(stream_id, config)},
+                                         std::move(on_ready));
+    case SourceKind::kZmq: {
+      ZmqSourceOptions options{.endpoint = zmq_endpoint(address), .decoder = decoder_options(stream_id, config)};
+      options.pattern = config.zmq_pattern == "sub" ? ZmqPattern::kSubscribe : ZmqPattern::kPull;
+      return std::make_unique<ZmqSource>(io, options, std::move(on_ready));
+    }
+    case SourceKind::kNatnet:
+    case SourceKind::kQtm:
+    case SourceKind::kVicon:
+      break;
+  }
+  throw UserError(config.listen, "this build has no client for it", "use udp:// or zmq+tcp://");
+}
+
+}  // namespace risorius
