@@ -42,12 +42,10 @@ class QtmSession : public TrackerSession {
   /// Throws UserError naming the option.
   explicit QtmSession(const TrackerSessionOptions& options);
 
-  /// Where datagrams are received; 0 (the beginning): frames over TCP. For the connections to come.
-  void use_udp_port(std::uint16_t port) noexcept { udp_port_ = port; }
-
   void connected(std::int64_t now_ns) override;
   void disconnected() override;
   std::size_t receive(std::span<const std::byte> bytes, std::int64_t receive_time_ns) override;
+  void use_udp_port(std::uint16_t port) override { udp_port_ = port; }
   void receive_datagram(std::span<const std::byte> datagram, std::int64_t receive_time_ns) override;
   void tick(std::int64_t now_ns) override;
   void flush() noexcept override;

@@ -38,6 +38,8 @@ class TrackerSession {
   virtual void disconnected() = 0;
   /// The next bytes of the connection. Returns how many of them were used; the rest is to be given again, with more.
   virtual std::size_t receive(std::span<const std::byte> bytes, std::int64_t receive_time_ns) = 0;
+  /// Where datagrams are received; 0 (the beginning): frames over the connection. For the connections to come.
+  virtual void use_udp_port(std::uint16_t port) = 0;
   /// A datagram of the tracker, where frames come over UDP.
   virtual void receive_datagram(std::span<const std::byte> datagram, std::int64_t receive_time_ns) = 0;
   /// Time passes; at least every 100 ms, and every 5 ms while frames are held.

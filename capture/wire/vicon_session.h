@@ -55,7 +55,8 @@ class ViconSession : public TrackerSession {
   void connected(std::int64_t now_ns) override;
   void disconnected() override;
   std::size_t receive(std::span<const std::byte> bytes, std::int64_t receive_time_ns) override;
-  /// Not used: frames come over the connection.
+  // Frames come over the connection only.
+  void use_udp_port(std::uint16_t) override {}
   void receive_datagram(std::span<const std::byte>, std::int64_t) override {}
   void tick(std::int64_t now_ns) override;
   void flush() noexcept override {}
