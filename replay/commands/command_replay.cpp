@@ -7,7 +7,9 @@
 
 #include "capture/errors.h"
 #include "replay/commands/commands.h"
+#include "replay/commands/pace_arguments.h"
 #include "replay/commands/take_arguments.h"
+#include "replay/live/loop_clock.h"
 #include "replay/live/pacer.h"
 #include "replay/live/send_target.h"
 #include "replay/live/sender.h"
@@ -19,38 +21,10 @@ namespace {
 volatile std::sig_atomic_t interrupted = 0;
 
 struct ReplayArguments {
-  std::string take, target, speed = "1";
-  bool loop = false, quiet = false;
+  std::string take, target;
+  bool quiet = false;
+  PaceArguments pace;
   TakeArguments take_arguments;
-};
-
-double speed_of(const std::string& text) {
-  if (text == "max") return 0;
-  double speed = 0;
-  if (!CLI::detail::lexical_cast(text, speed) || !(speed > 0 && speed <= 1000)) {
-    throw UserError("--speed", "\"" + text + "\" is neither \"max\" nor a number above 0 and up to 1000",
-                    "1 is the take's own pace");
-  }
-  return speed;
-}
-
-/// Capture times of a second round go on where the first ended: the loop goes on counting.
-struct LoopClock {
-  std::uint64_t sequence_offset = 0;
-  std::int64_t time_offset_ns = 0;
-  std::uint64_t last_sequence = 0;
-  std::int64_t last_time_ns = 0;
-
-  void place(MarkerFrame& frame) {
-    frame.header.sequence += sequence_offset;
-    frame.header.capture_time_ns += time_offset_ns;
-    last_sequence = frame.header.sequence;
-    last_time_ns = frame.header.capture_time_ns;
-  }
-  void begin_round(double rate_hz) {
-    sequence_offset = last_sequence + 1;
-    time_offset_ns = last_time_ns + capture_time_of(1, rate_hz);
-  }
 };
 
 void print_statistics(const Sender& sender, const Pacer& pacer) {
@@ -65,7 +39,7 @@ void print_statistics(const Sender& sender, const Pacer& pacer) {
 
 void replay(const ReplayArguments& arguments) {
   const SendTarget target = parse_send_target(arguments.target);
-  const double speed = speed_of(arguments.speed);
+  const double speed = arguments.pace.speed_factor();
   const auto take = open_take_or_builtin(arguments.take, arguments.take_arguments.options());
   print_warnings(*take);
   for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int) { interrupted = 1; });
@@ -84,12 +58,12 @@ void replay(const ReplayArguments& arguments) {
       if (!pacer.wait(frame.header.capture_time_ns)) continue;
       sender.send_frame(frame);
       ++done;
-      if (progress) progress->show(done, arguments.loop ? 0 : take->info().frame_count.value_or(0));
+      if (progress) progress->show(done, arguments.pace.loop ? 0 : take->info().frame_count.value_or(0));
     }
     if (done == 0) throw UserError(arguments.take, "has no frames", "give a take with frames");
-    clock.begin_round(take->info().markers.rate_hz);
+    clock.begin_round(capture_time_of(1, take->info().markers.rate_hz));
     take->rewind();
-  } while (arguments.loop && interrupted == 0);
+  } while (arguments.pace.loop && interrupted == 0);
   sender.send_end_of_stream();
   if (progress) progress->finish(done);
   if (!arguments.quiet) print_statistics(sender, pacer);
@@ -107,11 +81,7 @@ void add_replay_command(CLI::App& app) {
   auto arguments = std::make_shared<ReplayArguments>();
   command->add_option("take", arguments->take, "take (.c3d, .csv), or \"builtin\", or \"builtin:SECONDS\"")->required();
   command->add_option("--to", arguments->target, "udp://HOST:PORT or zmq+tcp://HOST:PORT")->required();
-  command
-      ->add_option("--speed", arguments->speed,
-                   "times the take's own pace; \"max\" = as fast as the other side takes it")
-      ->capture_default_str();
-  command->add_flag("--loop", arguments->loop, "begin again at the end; sequence and capture time go on counting");
+  arguments->pace.add_to(*command);
   command->add_flag("--quiet", arguments->quiet, "no progress line");
   arguments->take_arguments.add_to(*command);
   command->callback([arguments] { replay(*arguments); });

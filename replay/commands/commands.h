@@ -12,6 +12,7 @@ namespace risorius {
 
 /// Adds the subcommand; its callback does the work and throws UserError. `exit_code` is what main returns.
 void add_replay_command(CLI::App& app);
+void add_serve_command(CLI::App& app);
 void add_rig_command(CLI::App& app);
 /// Part of `risorius rig`.
 void add_rig_calibrate_command(CLI::App& rig);

@@ -16,6 +16,7 @@ int main(int argc, char** argv) {
   risorius::add_perform_fit_command(app);
   risorius::add_defects_command(app);
   risorius::add_replay_command(app);
+  risorius::add_serve_command(app);
   risorius::add_rig_command(app);
   risorius::add_dataset_command(app);
   risorius::add_watch_command(app);
