@@ -43,6 +43,9 @@ void visit_source(V& v, C& c) {
   v.text("name", c.name, "name of the stream, in messages and folders");
   v.text("listen", c.listen, "udp://ADDRESS:PORT, zmq+tcp://ADDRESS:PORT, natnet://HOST, qtm://HOST or vicon://HOST");
   v.text("zmq_pattern", c.zmq_pattern, "for zmq+tcp: \"pull\" (senders PUSH, flow control) or \"sub\" (senders PUB)");
+  v.text("qtm_frames", c.qtm_frames, "for qtm: over \"tcp\" or \"udp\"");
+  v.text("vicon_subject", c.vicon_subject, "for vicon: the subject to take; \"\" = all");
+  v.number("vicon_rate_hz", c.vicon_rate_hz, 0, 10000, "for vicon: frames per second of a server that states none");
   v.text("rig", c.rig, "\"builtin\" or the path of a rig file");
   v.text("units", c.units, "\"\" = as the sender states; else mm, cm, m");
   v.text("axes", c.axes, "\"\" = as the sender states; else three of L R U D F B");
@@ -63,6 +66,10 @@ void check_source(const SourceConfig& source, const std::string& place, ConfigPr
   }
   if (source.zmq_pattern != "pull" && source.zmq_pattern != "sub") {
     problems.add(place + ".zmq_pattern", "\"" + source.zmq_pattern + "\" is neither \"pull\" nor \"sub\"",
+                 "give one of them");
+  }
+  if (source.qtm_frames != "tcp" && source.qtm_frames != "udp") {
+    problems.add(place + ".qtm_frames", "\"" + source.qtm_frames + "\" is neither \"tcp\" nor \"udp\"",
                  "give one of them");
   }
   if (!source.units.empty() && !parse_unit(source.units)) {

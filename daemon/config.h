@@ -19,6 +19,9 @@ struct SourceConfig {
   std::string units;  ///< "" = as the sender states
   std::string axes;   ///< "" = as the sender states
   std::string zmq_pattern = "pull";
+  std::string qtm_frames = "tcp";
+  std::string vicon_subject;
+  double vicon_rate_hz = 0;  ///< 0 = as the server states
   std::int64_t receive_buffer_bytes = 8 << 20;
   StageConfig stages;
 };

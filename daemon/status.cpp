@@ -19,6 +19,7 @@ nlohmann::json ledger_json(const StageLedger& ledger) {
 nlohmann::json datagrams_json(const SourceCounters& counters) {
   nlohmann::json json = ledger_json(counters.datagrams);
   json["kernel_drops"] = counters.kernel_drops.value();
+  json["foreign"] = counters.foreign.value();
   json["receive_buffer_bytes"] = counters.granted_buffer_bytes.value();
   json["errors"] = nlohmann::json::object();
   for (std::size_t i = 0; i < counters.reasons.size(); ++i) {
@@ -55,6 +56,7 @@ nlohmann::json status_of_stream(const StreamInput& input, const PipelineStream& 
   nlohmann::json json{
       {"endpoint", input.endpoint()}, {"rig", stream.current_rig().name}, {"rig_problem", stream.rig_problem()}};
   json["link"] = {{"state", name_of(source.link.load())}, {"reconnects", source.reconnects.value()}};
+  for (const SourceExtra& extra : source.extras) json["link"][std::string(extra.name)] = extra.counter->value();
   json["datagrams"] = datagrams_json(source);
   json["frames"] = {{"assembled", ledger_json(source.frames)},
                     {"incomplete", source.incomplete_frames.value()},
