@@ -115,8 +115,7 @@ void QtmSession::take(const QtmPacket& packet, std::int64_t time_ns) {
       break;
     case QtmPacketType::kNoMoreData:
       used();
-      finish_pending();
-      emit_end_of_stream();
+      end_stream();
       counters().link = LinkState::kWaiting;
       dialog_.on_no_more_data(time_ns);
       break;
@@ -136,6 +135,12 @@ void QtmSession::check_dialog() noexcept {
   if (dialog_.failed()) fail();
 }
 
+void QtmSession::end_stream() noexcept {
+  finish_pending();
+  emit_end_of_stream();
+  any_finished_ = false;
+}
+
 void QtmSession::take_event(std::span<const std::byte> body, std::int64_t time_ns) {
   const auto event = qtm_event(body);
   if (!event) return counters().refuse(QtmRefusal::kBadType);
@@ -150,8 +155,7 @@ void QtmSession::take_event(std::span<const std::byte> body, std::int64_t time_n
     case QtmEvent::kConnectionClosed:
     case QtmEvent::kRtFromFileStopped:
     case QtmEvent::kShuttingDown:
-      finish_pending();
-      emit_end_of_stream();
+      end_stream();
       set_recording(false);
       break;
     default:
@@ -199,7 +203,7 @@ void QtmSession::take_data(std::span<const std::byte> body, std::int64_t time_ns
   }
   if (!data.labelled && !data.unlabelled && !data.timecode) return used();
   if (pending_.active && pending_.frame != data.frame) {
-    expected_parts_ = pending_.parts | kMarkersPart;  // what did not come now is not waited for again
+    expected_parts_ &= pending_.parts | kMarkersPart;  // what did not come now is not waited for again
     finish_pending();
   }
   if (!pending_.active) {
@@ -279,7 +283,7 @@ void QtmSession::give_up_pending() noexcept {
 
 void QtmSession::tick(std::int64_t now_ns) {
   if (pending_.active && now_ns - pending_.begun_ns > kLongestWaitNs) {
-    expected_parts_ = pending_.parts | kMarkersPart;
+    expected_parts_ &= pending_.parts | kMarkersPart;
     finish_pending();
   }
   dialog_.tick(now_ns);

@@ -73,6 +73,7 @@ class QtmSession : public TrackerSession {
   void finish_pending() noexcept;
   void give_up_pending() noexcept;
   std::optional<QtmRefusal> refusal_of(const QtmData& data) const noexcept;
+  void end_stream() noexcept;
   void update_set();
   void check_dialog() noexcept;
   void used() noexcept { counters().datagrams.emitted.add(); }
