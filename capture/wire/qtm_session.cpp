@@ -39,6 +39,17 @@ Axes axes_of(std::string_view upwards) {
   return *Axes::parse("FLU");
 }
 
+/// QTM rounds its time stamps to microseconds. Where one is a multiple of the frame period to that precision, the
+/// multiple is the time: the same as that of the frame in a file.
+std::int64_t capture_time_of(std::uint64_t timestamp_us, double frequency_hz) noexcept {
+  const auto us = static_cast<double>(timestamp_us);
+  const double periods = std::round(us * frequency_hz * 1e-6);
+  if (frequency_hz > 0 && us < 9e15 && std::abs(periods * 1e6 / frequency_hz - us) < 1) {
+    return std::llround(periods * 1e9 / frequency_hz);
+  }
+  return static_cast<std::int64_t>(timestamp_us) * 1000;
+}
+
 }  // namespace
 
 QtmSession::QtmSession(const TrackerSessionOptions& options)
@@ -64,8 +75,7 @@ void QtmSession::disconnected() {
   emit_end_of_stream();
   set_recording(false);
   dialog_.disconnected();
-  const bool streamed = counters().link == LinkState::kStreaming;
-  counters().link = streamed ? LinkState::kLost : LinkState::kConnecting;
+  note_link_lost();
 }
 
 std::size_t QtmSession::receive(std::span<const std::byte> bytes, std::int64_t receive_time_ns) {
@@ -229,7 +239,7 @@ void QtmSession::open_pending(const QtmData& data, std::int64_t time_ns) {
   pending_.begun_ns = time_ns;
   begin_frame(pending_.markers);
   pending_.markers.header.sequence = data.frame;
-  pending_.markers.header.capture_time_ns = static_cast<std::int64_t>(data.timestamp_us) * 1000;
+  pending_.markers.header.capture_time_ns = capture_time_of(data.timestamp_us, set()->rate_hz);
   pending_.markers.header.receive_time_ns = time_ns;
 }
 

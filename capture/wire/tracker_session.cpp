@@ -90,6 +90,7 @@ void TrackerSession::emit_frame(const MarkerFrame& frame) noexcept {
     events_.emit(SourceEventKind::kMarkerSet, session_).set = set_;
   }
   events_.emit(SourceEventKind::kFrame, session_).frame = frame;
+  streamed_ = true;
   counters_.link = LinkState::kStreaming;
   counters_.frames.held.set(held_frames_ + events_.waiting_frames());
 }
@@ -106,8 +107,12 @@ void TrackerSession::set_recording(bool recording) noexcept {
 }
 
 void TrackerSession::begin_connection() noexcept {
-  failed_ = false;
+  failed_ = streamed_ = false;
   outbox_.clear();
+}
+
+void TrackerSession::note_link_lost() noexcept {
+  counters_.link = streamed_ ? LinkState::kLost : LinkState::kConnecting;
 }
 
 void TrackerSession::note_held(std::uint64_t datagrams, std::uint64_t frames) noexcept {

@@ -84,6 +84,8 @@ class TrackerSession {
   void set_recording(bool recording) noexcept;
   void fail() noexcept { failed_ = true; }
   void begin_connection() noexcept;
+  /// kLost if frames have come over this connection, else kConnecting.
+  void note_link_lost() noexcept;
   /// For the ledgers: parts and frames that are neither emitted nor given up.
   void note_held(std::uint64_t datagrams, std::uint64_t frames) noexcept;
 
@@ -97,7 +99,7 @@ class TrackerSession {
   const MarkerSet* emitted_set_ = nullptr;  ///< in this session
   std::uint32_t session_ = 0;
   std::uint64_t held_frames_ = 0;
-  bool open_ = false, recording_ = false, failed_ = false;
+  bool open_ = false, recording_ = false, failed_ = false, streamed_ = false;
 };
 
 }  // namespace risorius

@@ -63,8 +63,7 @@ void ViconSession::connected(std::int64_t now_ns) {
 
 void ViconSession::disconnected() {
   emit_end_of_stream();
-  const bool streamed = counters().link == LinkState::kStreaming;
-  counters().link = streamed ? LinkState::kLost : LinkState::kConnecting;
+  note_link_lost();
 }
 
 std::size_t ViconSession::receive(std::span<const std::byte> bytes, std::int64_t receive_time_ns) {

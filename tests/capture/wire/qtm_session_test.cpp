@@ -390,6 +390,22 @@ TEST(QtmSession, ConvertsUnitAndAxesByConfiguration) {
   EXPECT_THROW(QtmSession({.event_capacity = 3}), UserError);
 }
 
+TEST(QtmSession, KnowsTheTimeBetterThanItsMicroseconds) {
+  Talk talk;
+  talk.stream();  // 120 Hz
+  const auto frame_at = [&](std::uint32_t number, std::uint64_t us) {
+    ByteAppender out;
+    const std::vector<std::optional<std::array<float, 3>>> positions(2);
+    append_qtm_data(us, number, {.markers = true}, positions, {}, out);
+    talk.hear({out.bytes().begin(), out.bytes().end()});
+    return events_of(talk.session).back().frame.header.capture_time_ns;
+  };
+  EXPECT_EQ(frame_at(1, 8333), 8333333);    // 1 / 120 s, rounded
+  EXPECT_EQ(frame_at(2, 16666), 16666667);  // 2 / 120 s, cut off
+  EXPECT_EQ(frame_at(3, 25007), 25007000);  // on no multiple: as it is
+  EXPECT_EQ(frame_at(4, 9000000000), 9000000000000);
+}
+
 TEST(QtmSession, RefusesLabelsThatNoSetCanHave) {
   Talk talk;
   talk.hear(command("QTM RT Interface connected"));

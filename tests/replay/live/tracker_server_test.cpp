@@ -331,10 +331,16 @@ const Bytes kPush = hex("01002B1A 09000000 A2860100 01000000 01");
 const Bytes kPull = hex("01002B1A 09000000 A2860100 01000000 00");
 using Ids = std::vector<std::uint32_t>;
 
+// Not in the initialiser itself: g++ 12 then warns of its own string.
+ViconServerOptions vicon_options(bool y_up) {
+  ViconServerOptions options;
+  options.tcp.port = 0;
+  options.y_up = y_up;
+  return options;
+}
+
 struct ViconServing {
-  explicit ViconServing(bool y_up = false) : server(io, {.tcp = {.port = 0}, .y_up = y_up}) {
-    server.start(test::sample_set(3, 120));
-  }
+  explicit ViconServing(bool y_up = false) : server(io, vicon_options(y_up)) { server.start(test::sample_set(3, 120)); }
   std::uint16_t port() const {
     const std::string url = server.endpoint();
     return static_cast<std::uint16_t>(std::stoi(url.substr(url.rfind(':') + 1)));
