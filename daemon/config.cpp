@@ -1,5 +1,7 @@
 #include "daemon/config.h"
 
+#include <array>
+#include <boost/asio/ip/address_v4.hpp>
 #include <set>
 
 #include "capture/errors.h"
@@ -43,6 +45,13 @@ void visit_source(V& v, C& c) {
   v.text("name", c.name, "name of the stream, in messages and folders");
   v.text("listen", c.listen, "udp://ADDRESS:PORT, zmq+tcp://ADDRESS:PORT, natnet://HOST, qtm://HOST or vicon://HOST");
   v.text("zmq_pattern", c.zmq_pattern, "for zmq+tcp: \"pull\" (senders PUSH, flow control) or \"sub\" (senders PUB)");
+  v.text("natnet_markers", c.natnet_markers,
+         "for natnet: \"\" = all that have names, \"labelled\" = labelled ones only, \"set:NAME\" = of one marker set");
+  v.text("natnet_local_address", c.natnet_local_address, "for natnet: of our interface; \"\" = by routing");
+  v.text("natnet_multicast_group", c.natnet_multicast_group, "for natnet: \"\" = as the server says");
+  v.number("natnet_data_port", c.natnet_data_port, 0, 65535, "for natnet: 0 = as the server says");
+  v.text("natnet_timecode", c.natnet_timecode,
+         "for natnet: frames per second of the timecode: 24, 25, 30, 30df (drop-frame), 50, 60");
   v.text("qtm_frames", c.qtm_frames, "for qtm: over \"tcp\" or \"udp\"");
   v.text("vicon_subject", c.vicon_subject, "for vicon: the subject to take; \"\" = all");
   v.number("vicon_rate_hz", c.vicon_rate_hz, 0, 10000, "for vicon: frames per second of a server that states none");
@@ -50,6 +59,28 @@ void visit_source(V& v, C& c) {
   v.text("units", c.units, "\"\" = as the sender states; else mm, cm, m");
   v.text("axes", c.axes, "\"\" = as the sender states; else three of L R U D F B");
   v.number("receive_buffer_bytes", c.receive_buffer_bytes, 4096, kGigabyte, "socket buffer asked of the kernel (UDP)");
+}
+
+void check_natnet(const SourceConfig& source, const std::string& place, ConfigProblems& problems) {
+  const std::string& markers = source.natnet_markers;
+  if (!markers.empty() && markers != "labelled" && !(markers.starts_with("set:") && markers.size() > 4)) {
+    problems.add(place + ".natnet_markers", "\"" + markers + "\" names no choice of markers",
+                 "give \"\", \"labelled\" or \"set:NAME\"");
+  }
+  const auto check_address = [&](const char* key, const std::string& address, bool multicast) {
+    if (address.empty()) return;
+    boost::system::error_code error;
+    const auto parsed = boost::asio::ip::make_address_v4(address, error);
+    if (!error && parsed.is_multicast() == multicast) return;
+    problems.add(place + "." + key, "\"" + address + "\" is no such IPv4 address",
+                 multicast ? "such as 239.255.42.99, or \"\"" : "such as 192.168.1.10, or \"\"");
+  };
+  check_address("natnet_local_address", source.natnet_local_address, false);
+  check_address("natnet_multicast_group", source.natnet_multicast_group, true);
+  if (!parse_natnet_timecode(source.natnet_timecode)) {
+    problems.add(place + ".natnet_timecode", "\"" + source.natnet_timecode + "\" is no rate of timecode",
+                 "give 24, 25, 30, 30df, 50 or 60");
+  }
 }
 
 void check_source(const SourceConfig& source, const std::string& place, ConfigProblems& problems) {
@@ -68,6 +99,7 @@ void check_source(const SourceConfig& source, const std::string& place, ConfigPr
     problems.add(place + ".zmq_pattern", "\"" + source.zmq_pattern + "\" is neither \"pull\" nor \"sub\"",
                  "give one of them");
   }
+  check_natnet(source, place, problems);
   if (source.qtm_frames != "tcp" && source.qtm_frames != "udp") {
     problems.add(place + ".qtm_frames", "\"" + source.qtm_frames + "\" is neither \"tcp\" nor \"udp\"",
                  "give one of them");
@@ -119,6 +151,15 @@ void refuse_shared_names_and_ports(const Config& config, ConfigProblems& problem
 }
 
 }  // namespace
+
+std::optional<NatnetTimecode> parse_natnet_timecode(std::string_view text) {
+  constexpr std::array<std::pair<std::string_view, NatnetTimecode>, 6> kKnown{
+      {{"24", {24}}, {"25", {25}}, {"30", {30}}, {"30df", {30, true}}, {"50", {50}}, {"60", {60}}}};
+  for (const auto& [name, timecode] : kKnown) {
+    if (name == text) return timecode;
+  }
+  return std::nullopt;
+}
 
 Config default_config() { return Config{.sources = {SourceConfig{}}}; }
 

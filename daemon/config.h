@@ -4,7 +4,9 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "replay/pipeline/stage_config.h"
@@ -19,12 +21,25 @@ struct SourceConfig {
   std::string units;  ///< "" = as the sender states
   std::string axes;   ///< "" = as the sender states
   std::string zmq_pattern = "pull";
+  std::string natnet_markers;          ///< "", "labelled" or "set:NAME": NatnetMarkerMap::build
+  std::string natnet_local_address;    ///< "" = by routing
+  std::string natnet_multicast_group;  ///< "" = as the server says
+  std::int64_t natnet_data_port = 0;   ///< 0 = as the server says
+  std::string natnet_timecode = "30";
   std::string qtm_frames = "tcp";
   std::string vicon_subject;
   double vicon_rate_hz = 0;  ///< 0 = as the server states
   std::int64_t receive_buffer_bytes = 8 << 20;
   StageConfig stages;
 };
+
+/// What NatNet does not tell of its timecode.
+struct NatnetTimecode {
+  std::uint8_t rate = 30;
+  bool drop_frame = false;
+};
+/// "24", "25", "30", "30df", "50" or "60"; empty if it is none of them.
+std::optional<NatnetTimecode> parse_natnet_timecode(std::string_view text);
 
 struct OutputConfig {
   std::string publish = "tcp://127.0.0.1:7001";

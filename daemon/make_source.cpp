@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "capture/errors.h"
+#include "capture/wire/natnet_source.h"
 #include "capture/wire/qtm_session.h"
 #include "capture/wire/tracker_client.h"
 #include "capture/wire/udp_source.h"
@@ -24,6 +25,23 @@ DecoderOptions decoder_options(std::uint32_t stream_id, const SourceConfig& conf
 std::string zmq_endpoint(const SourceAddress& listen) {
   return (listen.host.find(':') == std::string::npos ? "tcp://" + listen.host : "tcp://[" + listen.host + "]") + ":" +
          (listen.port == 0 ? "*" : std::to_string(listen.port));
+}
+
+NatnetSourceOptions natnet_options(const SourceAddress& address, std::uint32_t stream_id, const SourceConfig& config) {
+  NatnetSourceOptions options{.host = address.host, .command_port = address.port};
+  options.local_address = config.natnet_local_address;
+  options.multicast_group = config.natnet_multicast_group;
+  options.data_port = static_cast<std::uint16_t>(config.natnet_data_port);
+  options.receive_buffer_bytes = static_cast<std::size_t>(config.receive_buffer_bytes);
+  NatnetOptions& session = options.session;
+  session.stream_id = stream_id;
+  session.markers = config.natnet_markers;
+  if (!config.units.empty()) session.mm_per_unit = parse_unit(config.units).value_or(session.mm_per_unit);
+  if (!config.axes.empty()) session.axes = Axes::parse(config.axes).value_or(session.axes);
+  const NatnetTimecode timecode = parse_natnet_timecode(config.natnet_timecode).value_or(NatnetTimecode{});
+  session.timecode_rate = timecode.rate;
+  session.timecode_drop_frame = timecode.drop_frame;
+  return options;
 }
 
 TrackerSessionOptions session_options(std::uint32_t stream_id, const SourceConfig& config) {
@@ -77,12 +95,12 @@ std::unique_ptr<Source> make_source(boost::asio::io_context& io, std::uint32_t s
       options.pattern = config.zmq_pattern == "sub" ? ZmqPattern::kSubscribe : ZmqPattern::kPull;
       return std::make_unique<ZmqSource>(io, options, std::move(on_ready));
     }
+    case SourceKind::kNatnet:
+      return std::make_unique<NatnetSource>(io, natnet_options(address, stream_id, config), std::move(on_ready));
     case SourceKind::kQtm:
       return make_qtm_source(io, address, stream_id, config, std::move(on_ready));
     case SourceKind::kVicon:
       return make_vicon_source(io, address, stream_id, config, std::move(on_ready));
-    case SourceKind::kNatnet:
-      break;
   }
   throw UserError(config.listen, "this build has no client for it", "use udp:// or zmq+tcp://");
 }

@@ -74,6 +74,13 @@ struct SourceCounters {
   }
 };
 
+/// One answered echo: the tracker's clock, read between two times of ours.
+struct ClockSample {
+  std::int64_t sent_ns = 0;      ///< CLOCK_MONOTONIC
+  std::int64_t tracker_ns = 0;   ///< the clock that capture times are read from
+  std::int64_t received_ns = 0;  ///< CLOCK_MONOTONIC
+};
+
 class Source {
  public:
   virtual ~Source() = default;
@@ -92,6 +99,8 @@ class Source {
   /// As a URL: where senders can send (with the port that the system chose), or what we are connected to.
   virtual std::string endpoint() const = 0;
   virtual const SourceCounters& counters() const noexcept = 0;
+  /// For protocols with an echo. False if there is no new sample; one that nobody takes is overwritten by the next.
+  virtual bool pop_clock_sample(ClockSample&) noexcept { return false; }
 
  protected:
   Source() = default;

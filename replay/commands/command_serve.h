@@ -21,6 +21,8 @@ using MakeTrackerServer = std::function<std::unique_ptr<TrackerServer>(boost::as
 CLI::App* add_serve_protocol(CLI::App& serve, const std::string& name, const std::string& description,
                              MakeTrackerServer make_server);
 
+/// `serve natnet`.
+void add_serve_natnet(CLI::App& serve);
 /// `serve qtm` and `serve vicon`.
 void add_serve_qtm(CLI::App& serve);
 void add_serve_vicon(CLI::App& serve);

@@ -1,0 +1,517 @@
+#include "capture/wire/natnet_session.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <random>
+
+#include "capture/errors.h"
+#include "capture/wire/natnet_packets.h"
+#include "support/allocation_counter.h"
+
+namespace risorius {
+namespace {
+
+using test::HandPacket;
+using test::natnet_face_frame;
+using test::natnet_labelled;
+using test::natnet_server_info;
+using test::NatnetHandFrame;
+using test::NatnetHandModel;
+using Bytes = std::vector<std::byte>;
+using Kind = SourceEventKind;
+
+constexpr std::int64_t kMs = 1'000'000;
+
+// A session in virtual time, with its events and what it has sent.
+struct Client {
+  explicit Client(const NatnetOptions& options = {}) : session(options) {}
+  void tick() { session.tick(Tick{.time_ns = now_ns}); }
+  void advance(std::int64_t ms) {
+    for (std::int64_t i = 0; i < ms; ++i) {
+      now_ns += kMs;
+      if (now_ns >= session.next_tick_ns()) tick();
+    }
+  }
+  void push(const Bytes& datagram) {
+    EXPECT_TRUE(session.push(datagram, now_ns));
+    SourceEvent event;
+    while (session.pop(event)) events.push_back(event);
+    EXPECT_TRUE(session.counters().datagrams.balanced());
+    EXPECT_TRUE(session.counters().frames.balanced());
+  }
+  std::vector<Bytes> sent() {
+    std::vector<Bytes> datagrams;
+    Bytes datagram;
+    while (session.pop_datagram(datagram)) datagrams.push_back(datagram);
+    return datagrams;
+  }
+  bool has_sent(NatnetMessage message) {
+    bool found = false;
+    for (const Bytes& datagram : sent()) {
+      NatnetPacket packet;
+      found = found || (decode_natnet(datagram, packet) == NatnetError::kNone && packet.message() == message);
+    }
+    return found;
+  }
+  /// To the state in which frames are taken; the face has three markers unless the model says otherwise.
+  void connect(unsigned major = 4, unsigned minor = 1, const Bytes& model = {}) {
+    const bool sized = major > 4 || (major == 4 && minor >= 1);
+    tick();
+    push(natnet_server_info(major, minor));
+    push(test::natnet_message(3, HandPacket().f32({240})).bytes());
+    push(model.empty() ? NatnetHandModel{.sized = sized}.marker_set("face", {"brow", "nose", "chin"}).datagram()
+                       : model);
+  }
+  std::vector<Kind> kinds() const {
+    std::vector<Kind> all;
+    for (const auto& event : events) all.push_back(event.kind);
+    return all;
+  }
+  const MarkerFrame& last_frame() const { return events.back().frame; }
+
+  NatnetSession session;
+  std::int64_t now_ns = 1'000'000'000'000;
+  std::vector<SourceEvent> events;
+};
+
+TEST(NatnetSession, TriesTheFormsOfConnectInTurnAndBacksOff) {
+  Client client;
+  client.tick();
+  std::vector<std::pair<std::int64_t, std::size_t>> tries;  // ms, bytes
+  const std::int64_t begin_ns = client.now_ns;
+  for (int ms = 0; ms < 60'000; ++ms) {
+    for (const Bytes& datagram : client.sent()) tries.emplace_back((client.now_ns - begin_ns) / kMs, datagram.size());
+    client.advance(1);
+  }
+  ASSERT_GT(tries.size(), 12u);
+  for (std::size_t i = 0; i < tries.size(); ++i) EXPECT_EQ(tries[i].second, (std::array{4u, 9u, 268u}[i % 3]));
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(tries[i].first, static_cast<std::int64_t>(250 * i));
+  EXPECT_EQ(tries[4].first - tries[3].first, 500);
+  EXPECT_EQ(tries.back().first - tries[tries.size() - 2].first, 5000);
+  EXPECT_EQ(client.session.counters().link, LinkState::kConnecting);
+}
+
+TEST(NatnetSession, AsksForRateAndModelThenGivesNamesAndFrames) {
+  Client client;
+  client.tick();
+  EXPECT_TRUE(client.has_sent(NatnetMessage::kConnect));
+  client.push(natnet_server_info(4, 1));
+  EXPECT_TRUE(client.has_sent(NatnetMessage::kRequest));
+  client.push(natnet_face_frame(true, 6).datagram());
+  EXPECT_EQ(client.session.counters().of(NatnetError::kUnknownModel), 1u);
+  client.push(test::natnet_message(3, HandPacket().f32({240})).bytes());
+  EXPECT_TRUE(client.has_sent(NatnetMessage::kRequestModelDef));
+  client.push(NatnetHandModel{}.marker_set("face", {"brow", "nose", "chin"}).datagram());
+  EXPECT_EQ(client.session.counters().link, LinkState::kWaiting);
+  client.push(natnet_face_frame(true, 7).datagram());
+  EXPECT_EQ(client.session.counters().link, LinkState::kStreaming);
+
+  ASSERT_EQ(client.kinds(), (std::vector{Kind::kNewSession, Kind::kMarkerSet, Kind::kFrame}));
+  const MarkerSet& set = *client.events[1].set;
+  EXPECT_EQ(set.names, (std::vector<std::string>{"brow", "nose", "chin"}));
+  EXPECT_EQ(set.rate_hz, 240);
+  EXPECT_EQ(set.mm_per_unit, 1000);
+  const MarkerFrame& frame = client.last_frame();
+  EXPECT_EQ(frame.header.sequence, 7u);
+  EXPECT_EQ(frame.header.set_id, set.id);
+  EXPECT_EQ(frame.header.capture_time_ns, 2'000'000'000);  // 20e6 ticks of 10 MHz
+  EXPECT_EQ(frame.header.receive_time_ns, client.now_ns);
+  ASSERT_EQ(frame.count, 3u);
+  EXPECT_EQ(frame.state[0], MarkerState::kMeasured);
+  EXPECT_EQ(frame.position_mm[0], (Position{100, 200, 300}));  // metres on the wire
+  EXPECT_EQ(frame.state[1], MarkerState::kMissing);            // occluded, with a position
+  EXPECT_EQ(frame.position_mm[2], (Position{700, 800, 900}));
+}
+
+TEST(NatnetSession, AServerThatDoesNotKnowItsRateIsAskedForItsModelAllTheSame) {
+  for (const bool says_so : {true, false}) {
+    Client client;
+    client.tick();
+    client.push(natnet_server_info(3, 0));
+    if (says_so) {
+      client.push(test::natnet_message(100, {}).bytes());
+    } else {
+      client.advance(260);
+    }
+    EXPECT_TRUE(client.has_sent(NatnetMessage::kRequestModelDef));
+    client.advance(600);
+    EXPECT_TRUE(client.has_sent(NatnetMessage::kRequestModelDef));  // and again, as long as there is no answer
+    client.push(NatnetHandModel{.sized = false}.marker_set("face", {"brow"}).datagram());
+    ASSERT_EQ(client.kinds(), (std::vector{Kind::kNewSession, Kind::kMarkerSet}));
+    EXPECT_EQ(client.events[1].set->rate_hz, 0);
+  }
+}
+
+TEST(NatnetSession, TakesTheLegacyMarkerSetWhereNoMarkerIsLabelled) {
+  NatnetHandFrame hand = natnet_face_frame(true);
+  hand.labelled = natnet_labelled(0, 50000, 9, 9, 9, 0x12);
+  hand.labelled_count = 1;
+  Client client;
+  client.connect();
+  client.push(hand.datagram());
+  EXPECT_EQ(client.last_frame().position_mm[2], (Position{700, 800, 900}));
+  EXPECT_EQ(client.last_frame().state[1], MarkerState::kMissing);  // at (0, 0, 0): that is how it says so
+  Client labelled_only(NatnetOptions{.markers = "labelled"});
+  labelled_only.connect();
+  labelled_only.push(hand.datagram());
+  EXPECT_EQ(labelled_only.last_frame().state[0], MarkerState::kMissing);
+}
+
+TEST(NatnetSession, AnOccludedMarkerStaysMissingThoughItsMarkerSetHasAPosition) {
+  NatnetHandFrame hand = natnet_face_frame(true);
+  hand.marker_sets = HandPacket().text("face").i32(3).f32({0.1f, 0.2f, 0.3f, 0.4f, 0.5f, 0.6f, 0.7f, 0.8f, 0.9f});
+  Client client;
+  client.connect();
+  client.push(hand.datagram());
+  EXPECT_EQ(client.last_frame().state[1], MarkerState::kMissing);
+}
+
+// Two actors: model 5 is the second marker set. Only the positions say so.
+NatnetHandFrame two_faces(bool with_positions) {
+  NatnetHandFrame hand{.sized = true};
+  if (with_positions) {
+    hand.marker_sets.text("anna").i32(2).f32({1, 1, 1, 2, 2, 2}).text("ben").i32(2).f32({3, 3, 3, 4, 4, 4});
+    hand.marker_sets.text("all").i32(4).f32({1, 1, 1, 2, 2, 2, 3, 3, 3, 4, 4, 4});
+    hand.marker_set_count = 3;
+  }
+  hand.labelled.packet(natnet_labelled(5, 1, 3, 3, 3, 10)).packet(natnet_labelled(5, 2, 4, 4, 4, 10));
+  hand.labelled.packet(natnet_labelled(9, 1, 1, 1, 1, 10)).packet(natnet_labelled(9, 2, 2, 2, 2, 10));
+  hand.labelled_count = 4;
+  return hand;
+}
+
+Bytes two_faces_model() {
+  return NatnetHandModel{}
+      .marker_set("anna", {"brow", "chin"})
+      .marker_set("ben", {"brow", "chin"})
+      .marker_set("all", {"anna_brow", "anna_chin", "ben_brow", "ben_chin"})
+      .datagram();
+}
+
+TEST(NatnetSession, FindsTheModelOfAMarkerSetByEqualPositions) {
+  Client both, ben(NatnetOptions{.markers = "set:ben"});
+  both.connect(4, 1, two_faces_model());
+  ben.connect(4, 1, two_faces_model());
+  EXPECT_EQ(both.events[1].set->names, (std::vector<std::string>{"brow", "chin", "ben:brow", "ben:chin"}));
+  EXPECT_EQ(ben.events[1].set->names, (std::vector<std::string>{"brow", "chin"}));
+  for (const bool with_positions : {true, false}) {  // and knows it from then on
+    both.push(two_faces(with_positions).datagram());
+    ben.push(two_faces(with_positions).datagram());
+    for (std::size_t i = 0; i < 4; ++i)
+      EXPECT_EQ(both.last_frame().position_mm[i].x, 1000 * static_cast<float>(i + 1)) << i;
+    EXPECT_EQ(ben.last_frame().position_mm[0].x, 3000);
+    EXPECT_EQ(ben.last_frame().position_mm[1].x, 4000);
+  }
+}
+
+TEST(NatnetSession, MembersMayCountFrom0) {
+  NatnetHandFrame hand{.sized = true};
+  for (int m = 2; m >= 0; --m) hand.labelled.packet(natnet_labelled(1, m, 1, 1, static_cast<float>(m + 1), 10));
+  hand.labelled_count = 3;
+  Client client;
+  client.connect();
+  client.push(hand.datagram());
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(client.last_frame().position_mm[i].z, 1000 * static_cast<float>(i + 1));
+}
+
+TEST(NatnetSession, AssetsAreFoundByTheirIdAndMarkersByTheirs) {
+  HandPacket asset;
+  asset.text("trained").i32(1).i32(12).i32(0).i32(2);
+  asset.text("left").i32(7).f32({0, 0, 0, 0.01f}).i16(0).text("right").i32(3).f32({0, 0, 0, 0.01f}).i16(0);
+  Client client;
+  client.connect(4, 1, NatnetHandModel{}.add(6, asset).datagram());
+  NatnetHandFrame hand{.sized = true};
+  hand.labelled.packet(natnet_labelled(12, 3, 3, 3, 3, 10)).packet(natnet_labelled(12, 7, 7, 7, 7, 10));
+  hand.labelled.packet(natnet_labelled(4, 1, 8, 8, 8, 10));  // of a model that nobody described
+  hand.labelled_count = 3;
+  client.push(hand.datagram());
+  EXPECT_EQ(client.events[1].set->names, (std::vector<std::string>{"left", "right"}));
+  EXPECT_EQ(client.last_frame().position_mm[0].x, 7000);
+  EXPECT_EQ(client.last_frame().position_mm[1].x, 3000);
+}
+
+TEST(NatnetSession, ModelsWithoutWantedNamesAndWithTooManyAreRefusedAndCounted) {
+  Client none(NatnetOptions{.markers = "set:nobody"});
+  none.connect();
+  EXPECT_EQ(none.session.counters().of(NatnetError::kNoMarkers), 1u);
+  HandPacket set;
+  set.text("many").i32(257);
+  for (int i = 0; i < 257; ++i) set.text(fmt::format("m{}", i));
+  Client many;
+  many.connect(4, 1, NatnetHandModel{}.add(0, set).datagram());
+  EXPECT_EQ(many.session.counters().of(NatnetError::kTooManyMarkers), 1u);
+  EXPECT_TRUE(many.events.empty());
+}
+
+TEST(NatnetSession, AVersionThatChangesWhileFramesComeCostsNoFrame) {
+  Client client;
+  client.connect(3, 0);
+  client.push(natnet_face_frame(false, 1).datagram());
+  client.sent();
+  client.push(natnet_face_frame(true, 2).datagram());  // 4.1 from here on, unannounced
+  EXPECT_EQ(client.last_frame().header.sequence, 2u);
+  EXPECT_EQ(client.last_frame().position_mm[2], (Position{700, 800, 900}));
+  EXPECT_TRUE(client.has_sent(NatnetMessage::kConnect));
+  client.push(natnet_server_info(4, 1));
+  EXPECT_EQ(client.session.server()->version, (NatnetVersion{4, 1}));
+  EXPECT_TRUE(client.has_sent(NatnetMessage::kRequestModelDef));
+  client.push(NatnetHandModel{}.marker_set("face", {"brow", "nose", "chin"}).datagram());
+  client.push(natnet_face_frame(true, 3).datagram());
+  EXPECT_EQ(client.last_frame().header.sequence, 3u);
+  EXPECT_EQ(client.session.counters().sessions.value(), 1u);
+  EXPECT_EQ(client.session.counters().sets_changed.value(), 1u);
+  EXPECT_EQ(client.session.counters().datagrams.refused.value(), 0u);
+}
+
+TEST(NatnetSession, AnnouncedVersionsAreAskedForOnce) {
+  Client client;
+  client.connect();
+  client.sent();
+  NatnetHandFrame hand = natnet_face_frame(true);
+  hand.params = NatnetSuffix::kBitstreamChanged;
+  client.push(hand.datagram());
+  EXPECT_TRUE(client.has_sent(NatnetMessage::kConnect));
+  client.push(hand.datagram());
+  EXPECT_FALSE(client.has_sent(NatnetMessage::kConnect));
+}
+
+TEST(NatnetSession, NoFrameIsTakenBetweenAChangeOfModelsAndTheirDefinition) {
+  Client client;
+  client.connect();
+  NatnetHandFrame changed = natnet_face_frame(true, 8);
+  changed.params = NatnetSuffix::kModelsChanged;
+  client.sent();
+  client.push(changed.datagram());
+  EXPECT_TRUE(client.has_sent(NatnetMessage::kRequestModelDef));
+  client.push(natnet_face_frame(true, 9).datagram());
+  EXPECT_EQ(client.session.counters().of(NatnetError::kModelChanging), 2u);
+  client.push(NatnetHandModel{}.marker_set("face", {"chin", "nose", "brow"}).datagram());
+  client.push(natnet_face_frame(true, 10).datagram());
+  EXPECT_EQ(client.events[client.events.size() - 2].kind, Kind::kMarkerSet);
+  EXPECT_EQ(client.events[client.events.size() - 2].set->names.front(), "chin");
+  EXPECT_EQ(client.last_frame().header.set_id, client.events[client.events.size() - 2].set->id);
+  EXPECT_EQ(client.session.counters().sessions.value(), 1u);
+  // A definition that does not come holds frames up for one wait only.
+  client.push(natnet_face_frame(true, 11).datagram());
+  changed.number = 12;
+  client.push(changed.datagram());
+  client.advance(251);
+  client.push(natnet_face_frame(true, 13).datagram());
+  EXPECT_EQ(client.last_frame().header.sequence, 13u);
+}
+
+TEST(NatnetSession, TheRecordingBitBecomesEvents) {
+  Client client;
+  client.connect();
+  NatnetHandFrame recording = natnet_face_frame(true);
+  recording.params = NatnetSuffix::kRecording;
+  client.push(natnet_face_frame(true).datagram());
+  client.push(recording.datagram());
+  client.push(recording.datagram());
+  client.push(natnet_face_frame(true).datagram());
+  client.push(recording.datagram());
+  client.push(test::natnet_message(9, {}).bytes());
+  EXPECT_EQ(client.kinds(),
+            (std::vector{Kind::kNewSession, Kind::kMarkerSet, Kind::kFrame, Kind::kRecordingStarted, Kind::kFrame,
+                         Kind::kFrame, Kind::kRecordingStopped, Kind::kFrame, Kind::kRecordingStarted, Kind::kFrame,
+                         Kind::kRecordingStopped, Kind::kEndOfStream}));
+}
+
+TEST(NatnetSession, ASilentServerIsLostAndFoundAgain) {
+  Client client;
+  client.connect();
+  client.push(natnet_face_frame(true).datagram());
+  client.advance(999);
+  EXPECT_NE(client.session.counters().link, LinkState::kLost);
+  client.sent();
+  client.advance(2);
+  SourceEvent event;
+  ASSERT_TRUE(client.session.pop(event));
+  EXPECT_EQ(event.kind, Kind::kEndOfStream);
+  EXPECT_EQ(client.session.counters().link, LinkState::kLost);
+  EXPECT_TRUE(client.has_sent(NatnetMessage::kConnect));
+  client.push(natnet_face_frame(true).datagram());  // it may send on, but it has not said who it is
+  EXPECT_EQ(client.session.counters().of(NatnetError::kNotConnected), 1u);
+  client.events.clear();
+  client.connect(3, 0);
+  client.push(natnet_face_frame(false, 1).datagram());
+  EXPECT_EQ(client.kinds(), (std::vector{Kind::kNewSession, Kind::kMarkerSet, Kind::kFrame}));
+  EXPECT_EQ(client.session.counters().reconnects.value(), 1u);
+  EXPECT_EQ(client.session.counters().sessions.value(), 2u);
+}
+
+TEST(NatnetSession, AServerThatPausesButAnswersIsNotLost) {
+  Client client;
+  client.connect();
+  client.push(natnet_face_frame(true).datagram());
+  std::size_t keep_alives = 0;
+  for (int s = 0; s < 20; ++s) {
+    client.advance(500);
+    for (const Bytes& datagram : client.sent()) {
+      NatnetPacket packet;
+      ASSERT_EQ(decode_natnet(datagram, packet), NatnetError::kNone);
+      keep_alives += packet.message() == NatnetMessage::kKeepAlive ? 1 : 0;
+      if (packet.message() != NatnetMessage::kEchoRequest) continue;
+      HandPacket response;
+      for (const std::byte b : packet.payload) response.put(b);
+      client.push(test::natnet_message(13, response.u64(30'000'000)).bytes());
+    }
+  }
+  EXPECT_EQ(client.session.counters().link, LinkState::kWaiting);
+  EXPECT_EQ(client.session.counters().sessions.value(), 1u);
+  EXPECT_NEAR(static_cast<double>(keep_alives), 10, 1);  // one a second
+}
+
+TEST(NatnetSession, AServerThatBeganAnewUnnoticedIsAskedAgainAndIsANewSession) {
+  Client client;
+  client.connect();
+  client.push(natnet_face_frame(true, 50).datagram());
+  for (int i = 0; i < 30; ++i) {  // it answers, but it does not know us
+    client.advance(100);
+    client.push(test::natnet_message(8, HandPacket().text("hello")).bytes());
+    if (client.now_ns >= 1'000'000'000'000 + 1000 * kMs && client.has_sent(NatnetMessage::kConnect)) break;
+    ASSERT_LT(i, 29);
+  }
+  client.push(natnet_server_info(4, 1));
+  client.push(natnet_face_frame(true, 1).datagram());
+  client.push(natnet_face_frame(true, 2).datagram());
+  EXPECT_EQ(client.kinds(), (std::vector{Kind::kNewSession, Kind::kMarkerSet, Kind::kFrame, Kind::kEndOfStream,
+                                         Kind::kNewSession, Kind::kMarkerSet, Kind::kFrame, Kind::kFrame}));
+  // Far back at once is a new run too; a little is the network.
+  client.push(natnet_face_frame(true, 1000).datagram());
+  client.push(natnet_face_frame(true, 998).datagram());
+  EXPECT_EQ(client.session.counters().sessions.value(), 2u);
+  client.push(natnet_face_frame(true, 3).datagram());
+  EXPECT_EQ(client.session.counters().sessions.value(), 3u);
+}
+
+TEST(NatnetSession, EchoesGiveClockSamples) {
+  Client client;
+  client.connect();
+  client.advance(1);
+  ClockSample sample;
+  EXPECT_FALSE(client.session.pop_clock_sample(sample));
+  std::uint64_t ticks = 0;
+  for (const Bytes& datagram : client.sent()) {
+    NatnetPacket packet;
+    NatnetEcho echo;
+    ASSERT_EQ(decode_natnet(datagram, packet), NatnetError::kNone);
+    if (packet.message() == NatnetMessage::kEchoRequest) {
+      ASSERT_EQ(decode_echo_request(packet.payload, echo), NatnetError::kNone);
+      ticks = echo.client_ticks;
+    }
+  }
+  client.now_ns += 300'000;
+  client.push(test::natnet_message(13, HandPacket().u64(ticks + 1).u64(5)).bytes());  // not our echo
+  EXPECT_FALSE(client.session.pop_clock_sample(sample));
+  client.push(test::natnet_message(13, HandPacket().u64(ticks).u64(25'000'001)).bytes());
+  ASSERT_TRUE(client.session.pop_clock_sample(sample));
+  EXPECT_EQ(sample.sent_ns, static_cast<std::int64_t>(ticks));
+  EXPECT_EQ(sample.tracker_ns, 2'500'000'100);
+  EXPECT_EQ(sample.received_ns, client.now_ns);
+}
+
+TEST(NatnetSession, ReadsTimecodeWithAndWithoutDropFrames) {
+  Client plain, drop(NatnetOptions{.timecode_rate = 25, .timecode_drop_frame = true});
+  NatnetHandFrame hand = natnet_face_frame(true);
+  hand.timecode = 0x0A141E1D;  // 10:20:30:29
+  for (Client* client : {&plain, &drop}) {
+    client->connect();
+    client->push(hand.datagram());
+    const Timecode& timecode = client->last_frame().header.timecode;
+    EXPECT_EQ(timecode.hours, 10);
+    EXPECT_EQ(timecode.minutes, 20);
+    EXPECT_EQ(timecode.seconds, 30);
+    EXPECT_EQ(timecode.frames, 29);
+    EXPECT_EQ(timecode.drop_frame, client == &drop);
+    EXPECT_EQ(timecode.frame_rate, client == &drop ? 25 : 30);
+  }
+  hand.timecode = 0x0A141E40 | 0x1D;  // the flag of SMPTE 12M
+  plain.push(hand.datagram());
+  EXPECT_TRUE(plain.last_frame().header.timecode.drop_frame);
+  EXPECT_EQ(plain.last_frame().header.timecode.frames, 29);
+  hand.timecode = 0;
+  plain.push(hand.datagram());
+  EXPECT_EQ(plain.last_frame().header.timecode.frame_rate, 0);
+}
+
+TEST(NatnetSession, TakesTheTimestampWhereThereIsNoExposure) {
+  Client client;
+  client.connect();
+  NatnetHandFrame hand = natnet_face_frame(true);
+  hand.ticks = 0;
+  client.push(hand.datagram());
+  EXPECT_EQ(client.last_frame().header.capture_time_ns, 1'500'000'000);
+  hand.timestamp_s = 1e300;
+  const std::size_t before = client.events.size();
+  client.push(hand.datagram());
+  EXPECT_EQ(client.events.size(), before);
+  EXPECT_EQ(client.session.counters().of(NatnetError::kBadTime), 1u);
+}
+
+TEST(NatnetSession, NotFinitePositionsAreMissingAndCounted) {
+  Client client;
+  client.connect();
+  NatnetHandFrame hand{.sized = true};
+  hand.labelled = natnet_labelled(1, 1, std::numeric_limits<float>::quiet_NaN(), 1, 1, 10);
+  hand.labelled_count = 1;
+  client.push(hand.datagram());
+  EXPECT_EQ(client.last_frame().state[0], MarkerState::kMissing);
+  EXPECT_EQ(client.last_frame().reason[0], RejectReason::kNotFinite);
+  EXPECT_EQ(client.session.counters().not_finite_markers.value(), 1u);
+}
+
+TEST(NatnetSession, UnitAndAxesCanBeOverridden) {
+  Client client(NatnetOptions{.mm_per_unit = 10, .axes = *Axes::parse("LFU")});
+  client.connect();
+  client.push(natnet_face_frame(true).datagram());
+  EXPECT_EQ(client.last_frame().position_mm[0], (Position{1, 3, 2}));
+}
+
+TEST(NatnetSession, WaitsForItsConsumerAndAllocatesNothingPerFrame) {
+  Client client(NatnetOptions{.event_capacity = 8});
+  client.connect();
+  const Bytes datagram = natnet_face_frame(true).datagram();
+  SourceEvent event;
+  client.push(datagram);
+  const auto before = test::allocations_of_this_thread();
+  for (int i = 0; i < 100; ++i) {
+    ASSERT_TRUE(client.session.push(datagram, client.now_ns));
+    ASSERT_TRUE(client.session.pop(event));
+  }
+  EXPECT_EQ(test::allocations_of_this_thread(), before);
+  while (client.session.push(datagram, client.now_ns)) {
+  }
+  EXPECT_FALSE(client.session.ready());
+  EXPECT_GE(client.session.counters().frames.held.value(), 3u);
+}
+
+TEST(NatnetSession, MutatedDatagramsNeverBreakItAndAlwaysBalance) {
+  std::mt19937 random(7);
+  const std::vector<Bytes> messages{natnet_face_frame(true).datagram(), natnet_face_frame(false).datagram(),
+                                    two_faces(true).datagram(),         two_faces_model(),
+                                    natnet_server_info(4, 1),           natnet_server_info(3, 0)};
+  Client client;
+  client.connect();
+  for (int i = 0; i < 20000; ++i) {
+    Bytes bytes = messages[random() % messages.size()];
+    for (std::uint32_t n = random() % 4; n > 0; --n) bytes[random() % bytes.size()] = static_cast<std::byte>(random());
+    if (random() % 8 == 0) bytes.resize(random() % (bytes.size() + 1));
+    bytes.shrink_to_fit();
+    client.push(bytes);
+    client.advance(static_cast<std::int64_t>(random() % 20));
+    client.sent();
+    client.events.clear();
+  }
+  EXPECT_GT(client.session.counters().frames.emitted.value(), 1000u);
+  EXPECT_GT(client.session.counters().datagrams.refused.value(), 1000u);
+}
+
+TEST(NatnetSession, NamesOptionsOutOfRange) {
+  EXPECT_THROW(NatnetSession(NatnetOptions{.mm_per_unit = 0}), UserError);
+  EXPECT_THROW(NatnetSession(NatnetOptions{.timecode_rate = 0}), UserError);
+  EXPECT_THROW(NatnetSession(NatnetOptions{.event_capacity = 7}), UserError);
+}
+
+}  // namespace
+}  // namespace risorius
