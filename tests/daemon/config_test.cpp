@@ -55,6 +55,21 @@ TEST(Config, NamesKeyValueAndRemedyOfEveryProblem) {
   }
 }
 
+TEST(Config, ReadsWhatQtmAndViconSourcesNeed) {
+  const Config config = parse_config(
+      "[[source]]\nname = \"q\"\nlisten = \"qtm://10.0.0.7\"\nqtm_frames = \"udp\"\n"
+      "[[source]]\nname = \"v\"\nlisten = \"vicon://10.0.0.8\"\nvicon_subject = \"Anna\"\nvicon_rate_hz = 59.94\n",
+      "t");
+  EXPECT_EQ(config.sources[0].qtm_frames, "udp");
+  EXPECT_EQ(config.sources[1].vicon_subject, "Anna");
+  EXPECT_EQ(config.sources[1].vicon_rate_hz, 59.94);
+  const std::string printed = print_config(config);
+  EXPECT_EQ(print_config(parse_config(printed, "printed.toml")), printed);
+  const std::string error = error_of("[[source]]\nqtm_frames = \"pigeon\"\nvicon_rate_hz = -1\n");
+  for (const char* part : {"2 problems", "source[0].qtm_frames", "pigeon", "vicon_rate_hz", "-1"})
+    EXPECT_NE(error.find(part), std::string::npos) << part << " in: " << error;
+}
+
 TEST(Config, RefusesUnknownKeysEverywhere) {
   for (const char* toml : {"colour = 1", "[output]\npublsh = \"x\"", "[[source]]\nporte = 3",
                            "[[source]]\n[source.fill]\nmax_gap = 3", "[fil]\n"}) {
