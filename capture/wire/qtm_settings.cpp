@@ -1,8 +1,11 @@
 #include "capture/wire/qtm_settings.h"
 
+#include <array>
 #include <cmath>
 #include <pugixml.hpp>
+#include <span>
 #include <sstream>
+#include <utility>
 
 namespace risorius {
 namespace {
@@ -32,6 +35,29 @@ std::string plain_number(double value) {
   return text.str();
 }
 
+using NameAndValue = std::pair<const char*, const char*>;
+
+// Clients take the whole section for unreadable if one of these is missing or in another order.
+constexpr std::array<NameAndValue, 5> kNoTriggers{{{"Capture_Time", "0.000"},
+                                                   {"Start_On_External_Trigger", "False"},
+                                                   {"Start_On_Trigger_NO", "False"},
+                                                   {"Start_On_Trigger_NC", "False"},
+                                                   {"Start_On_Trigger_Software", "False"}}};
+constexpr std::array<NameAndValue, 10> kNoTimeBase{{{"Enabled", "False"},
+                                                    {"Signal_Source", "Control port"},
+                                                    {"Signal_Mode", "Periodic"},
+                                                    {"Frequency_Multiplier", "1"},
+                                                    {"Frequency_Divisor", "1"},
+                                                    {"Frequency_Tolerance", "1000"},
+                                                    {"Nominal_Frequency", "None"},
+                                                    {"Signal_Edge", "Negative"},
+                                                    {"Signal_Shutter_Delay", "0"},
+                                                    {"Non_Periodic_Timeout", "0"}}};
+
+void add_all(pugi::xml_node parent, std::span<const NameAndValue> entries) {
+  for (const auto& [name, value] : entries) add(parent, name, value);
+}
+
 }  // namespace
 
 std::optional<QtmSettings> parse_qtm_settings(std::string_view xml) {
@@ -59,6 +85,8 @@ std::string print_qtm_settings(const QtmSettings& settings, std::string_view ver
     auto general = root.append_child("General");
     // Whole Hertz, as QTM gives it: clients read an integer.
     add(general, "Frequency", plain_number(std::round(*settings.frequency_hz)));
+    add_all(general, kNoTriggers);
+    add_all(general.append_child("External_Time_Base"), kNoTimeBase);
     if (settings.timecode_rate_hz) {
       auto stamp = general.append_child("External_Timestamp");
       add(stamp, "Enabled", "True");
