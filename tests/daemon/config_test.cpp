@@ -55,6 +55,23 @@ TEST(Config, NamesKeyValueAndRemedyOfEveryProblem) {
   }
 }
 
+TEST(Config, ChecksWhatNatnetSourcesAreTold) {
+  const Config config = parse_config(
+      "[[source]]\nlisten = \"natnet://192.168.1.5\"\nnatnet_markers = \"set:face\"\nnatnet_data_port = 1600\n"
+      "natnet_multicast_group = \"239.1.2.3\"\nnatnet_local_address = \"10.0.0.2\"\nnatnet_timecode = \"30df\"\n",
+      "t");
+  EXPECT_EQ(config.sources[0].natnet_markers, "set:face");
+  EXPECT_EQ(config.sources[0].natnet_data_port, 1600);
+  EXPECT_TRUE(parse_natnet_timecode(config.sources[0].natnet_timecode)->drop_frame);
+  const std::string error = error_of(
+      "[[source]]\nnatnet_markers = \"set:\"\nnatnet_data_port = 65536\nnatnet_multicast_group = \"10.0.0.1\"\n"
+      "natnet_local_address = \"here\"\nnatnet_timecode = \"29.97\"\n");
+  for (const char* part : {"5 problems", "natnet_markers", "\"set:NAME\"", "natnet_data_port", "natnet_multicast_group",
+                           "239.255.42.99", "natnet_local_address", "here", "natnet_timecode", "30df"}) {
+    EXPECT_NE(error.find(part), std::string::npos) << part << " in: " << error;
+  }
+}
+
 TEST(Config, ReadsWhatQtmAndViconSourcesNeed) {
   const Config config = parse_config(
       "[[source]]\nname = \"q\"\nlisten = \"qtm://10.0.0.7\"\nqtm_frames = \"udp\"\n"

@@ -204,6 +204,24 @@ TEST(NatnetSession, FindsTheModelOfAMarkerSetByEqualPositions) {
   }
 }
 
+TEST(NatnetSession, MarkersOfNoModelAreNobodysThoughTheyLackTheirBit) {
+  NatnetHandFrame hand = natnet_face_frame(true);
+  hand.labelled = natnet_labelled(0, 2, 9, 9, 9, 0);
+  hand.labelled_count = 1;
+  Client client;
+  client.connect();
+  client.push(hand.datagram());
+  EXPECT_EQ(client.last_frame().position_mm[0], (Position{100, 200, 300}));  // from the marker set
+  EXPECT_EQ(client.last_frame().state[1], MarkerState::kMissing);
+  // Where there is nothing else, they are what they seem to be.
+  hand.marker_sets = HandPacket();
+  hand.marker_set_count = 0;
+  Client bare;
+  bare.connect();
+  bare.push(hand.datagram());
+  EXPECT_EQ(bare.last_frame().position_mm[1], (Position{9000, 9000, 9000}));
+}
+
 TEST(NatnetSession, MembersMayCountFrom0) {
   NatnetHandFrame hand{.sized = true};
   for (int m = 2; m >= 0; --m) hand.labelled.packet(natnet_labelled(1, m, 1, 1, static_cast<float>(m + 1), 10));
