@@ -144,7 +144,9 @@ void refuse_shared_names_and_ports(const Config& config, ConfigProblems& problem
     if (!names.insert(source.name).second)
       problems.add("source.name", "two sources are called \"" + source.name + "\"", "give each its own name");
     const bool any_port = source.listen.ends_with(":0");
-    if (!any_port && !addresses.insert(source.listen).second) {
+    // Two subjects of one server are two connections.
+    const bool connects = source.listen.starts_with("vicon://") || source.listen.starts_with("qtm://");
+    if (!any_port && !connects && !addresses.insert(source.listen).second) {
       problems.add("source.listen", "two sources listen on " + source.listen, "give each its own port");
     }
   }

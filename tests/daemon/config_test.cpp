@@ -82,6 +82,8 @@ TEST(Config, ReadsWhatQtmAndViconSourcesNeed) {
   EXPECT_EQ(config.sources[1].vicon_rate_hz, 59.94);
   const std::string printed = print_config(config);
   EXPECT_EQ(print_config(parse_config(printed, "printed.toml")), printed);
+  const std::string subject = "[[source]]\nlisten = \"vicon://10.0.0.8\"\nname = ";
+  EXPECT_EQ(error_of(subject + "\"a\"\n" + subject + "\"b\"\n"), "") << "two subjects of one server";
   const std::string error = error_of("[[source]]\nqtm_frames = \"pigeon\"\nvicon_rate_hz = -1\n");
   for (const char* part : {"2 problems", "source[0].qtm_frames", "pigeon", "vicon_rate_hz", "-1"})
     EXPECT_NE(error.find(part), std::string::npos) << part << " in: " << error;
