@@ -53,6 +53,9 @@ void visit_source(V& v, C& c) {
   v.number("natnet_data_port", c.natnet_data_port, 0, 65535, "for natnet: 0 = as the server says");
   v.text("natnet_timecode", c.natnet_timecode,
          "for natnet: frames per second of the timecode: 24, 25, 30, 30df (drop-frame), 50, 60");
+  v.text("qtm_frames", c.qtm_frames, "for qtm: over \"tcp\" or \"udp\"");
+  v.text("vicon_subject", c.vicon_subject, "for vicon: the subject to take; \"\" = all");
+  v.number("vicon_rate_hz", c.vicon_rate_hz, 0, 10000, "for vicon: frames per second of a server that states none");
   v.text("rig", c.rig, "\"builtin\" or the path of a rig file");
   v.text("units", c.units, "\"\" = as the sender states; else mm, cm, m");
   v.text("axes", c.axes, "\"\" = as the sender states; else three of L R U D F B");
@@ -98,6 +101,10 @@ void check_source(const SourceConfig& source, const std::string& place, ConfigPr
                  "give one of them");
   }
   check_natnet(source, place, problems);
+  if (source.qtm_frames != "tcp" && source.qtm_frames != "udp") {
+    problems.add(place + ".qtm_frames", "\"" + source.qtm_frames + "\" is neither \"tcp\" nor \"udp\"",
+                 "give one of them");
+  }
   if (!source.units.empty() && !parse_unit(source.units)) {
     problems.add(place + ".units", "\"" + source.units + "\" is not a known unit", "give mm, cm, m or \"\"");
   }
@@ -138,7 +145,9 @@ void refuse_shared_names_and_ports(const Config& config, ConfigProblems& problem
     if (!names.insert(source.name).second)
       problems.add("source.name", "two sources are called \"" + source.name + "\"", "give each its own name");
     const bool any_port = source.listen.ends_with(":0");
-    if (!any_port && !addresses.insert(source.listen).second) {
+    // Two subjects of one server are two connections.
+    const bool connects = source.listen.starts_with("vicon://") || source.listen.starts_with("qtm://");
+    if (!any_port && !connects && !addresses.insert(source.listen).second) {
       problems.add("source.listen", "two sources listen on " + source.listen, "give each its own port");
     }
   }

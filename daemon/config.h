@@ -26,6 +26,9 @@ struct SourceConfig {
   std::string natnet_multicast_group;  ///< "" = as the server says
   std::int64_t natnet_data_port = 0;   ///< 0 = as the server says
   std::string natnet_timecode = "30";
+  std::string qtm_frames = "tcp";
+  std::string vicon_subject;
+  double vicon_rate_hz = 0;  ///< 0 = as the server states
   std::int64_t receive_buffer_bytes = 8 << 20;
   StageConfig stages;
 };

@@ -4,7 +4,10 @@
 
 #include "capture/errors.h"
 #include "capture/wire/natnet_source.h"
+#include "capture/wire/qtm_session.h"
+#include "capture/wire/tracker_client.h"
 #include "capture/wire/udp_source.h"
+#include "capture/wire/vicon_session.h"
 #include "capture/wire/zmq_source.h"
 #include "daemon/source_address.h"
 
@@ -41,6 +44,38 @@ NatnetSourceOptions natnet_options(const SourceAddress& address, std::uint32_t s
   return options;
 }
 
+TrackerSessionOptions session_options(std::uint32_t stream_id, const SourceConfig& config) {
+  TrackerSessionOptions options{.stream_id = stream_id};
+  if (!config.units.empty()) options.mm_per_unit = parse_unit(config.units);
+  if (!config.axes.empty()) options.axes = Axes::parse(config.axes);
+  return options;
+}
+
+TrackerClientOptions client_options(const SourceAddress& address, const SourceConfig& config) {
+  const auto buffer_bytes = static_cast<std::size_t>(config.receive_buffer_bytes);
+  return {.url = to_url(address),
+          .link = {.host = address.host, .port = address.port, .receive_buffer_bytes = buffer_bytes},
+          .receive_buffer_bytes = buffer_bytes};
+}
+
+std::unique_ptr<Source> make_qtm_source(boost::asio::io_context& io, const SourceAddress& address,
+                                        std::uint32_t stream_id, const SourceConfig& config,
+                                        std::function<void()> on_ready) {
+  TrackerClientOptions options = client_options(address, config);
+  options.udp_frames = config.qtm_frames == "udp";
+  return std::make_unique<TrackerClient>(io, options, std::make_unique<QtmSession>(session_options(stream_id, config)),
+                                         std::move(on_ready));
+}
+
+std::unique_ptr<Source> make_vicon_source(boost::asio::io_context& io, const SourceAddress& address,
+                                          std::uint32_t stream_id, const SourceConfig& config,
+                                          std::function<void()> on_ready) {
+  const ViconSessionOptions options{
+      .tracker = session_options(stream_id, config), .subject = config.vicon_subject, .rate_hz = config.vicon_rate_hz};
+  return std::make_unique<TrackerClient>(io, client_options(address, config), std::make_unique<ViconSession>(options),
+                                         std::move(on_ready));
+}
+
 }  // namespace
 
 std::unique_ptr<Source> make_source(boost::asio::io_context& io, std::uint32_t stream_id, const SourceConfig& config,
@@ -63,8 +98,9 @@ std::unique_ptr<Source> make_source(boost::asio::io_context& io, std::uint32_t s
     case SourceKind::kNatnet:
       return std::make_unique<NatnetSource>(io, natnet_options(address, stream_id, config), std::move(on_ready));
     case SourceKind::kQtm:
+      return make_qtm_source(io, address, stream_id, config, std::move(on_ready));
     case SourceKind::kVicon:
-      break;
+      return make_vicon_source(io, address, stream_id, config, std::move(on_ready));
   }
   throw UserError(config.listen, "this build has no client for it", "use udp:// or zmq+tcp://");
 }

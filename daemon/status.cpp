@@ -21,6 +21,7 @@ nlohmann::json ledger_json(const StageLedger& ledger) {
 nlohmann::json datagrams_json(const SourceCounters& counters) {
   nlohmann::json json = ledger_json(counters.datagrams);
   json["kernel_drops"] = counters.kernel_drops.value();
+  json["foreign"] = counters.foreign.value();
   json["receive_buffer_bytes"] = counters.granted_buffer_bytes.value();
   json["errors"] = nlohmann::json::object();
   for (std::size_t i = 0; i < counters.reasons.size(); ++i) {
@@ -74,6 +75,8 @@ nlohmann::json status_of_stream(const StreamInput& input, const PipelineStream& 
   json["link"] = {{"state", name_of(source.link.load())}, {"reconnects", source.reconnects.value()}};
   json["clock"] = clock_json(input.clock());
   json["recording_events"] = input.recording_events().value();
+  json["tracker"] = nlohmann::json::object();
+  for (const SourceExtra& extra : source.extras) json["tracker"][std::string(extra.name)] = extra.counter->value();
   json["datagrams"] = datagrams_json(source);
   json["frames"] = {{"assembled", ledger_json(source.frames)},
                     {"incomplete", source.incomplete_frames.value()},

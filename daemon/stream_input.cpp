@@ -77,6 +77,7 @@ void StreamInput::on_ready() {
 
 void StreamInput::push_in_order(const MarkerFrame& frame) {
   while (!reorder_.push(frame)) admit_ordered_frames();
+  if (source_->keeps_order()) reorder_.give_up_gaps();
   admit_ordered_frames();
 }
 

@@ -23,7 +23,8 @@ NatnetSuffix read_suffix(NatnetReader& reader, bool sized, bool& plausible) noex
   suffix.params = reader.read<std::int16_t>();
   const auto end = reader.read<std::int32_t>();
   const auto in_order = [](std::uint64_t first, std::uint64_t then) { return then == 0 || first <= then; };
-  plausible = reader.ok() && end == 0 && std::isfinite(suffix.timestamp_s) && suffix.timestamp_s >= 0 &&
+  const bool has_time = suffix.timestamp_s > 0 || suffix.mid_exposure_ticks > 0;
+  plausible = reader.ok() && end == 0 && has_time && std::isfinite(suffix.timestamp_s) && suffix.timestamp_s >= 0 &&
               in_order(suffix.mid_exposure_ticks, suffix.data_received_ticks) &&
               in_order(suffix.data_received_ticks, suffix.transmit_ticks);
   return suffix;
@@ -33,22 +34,16 @@ NatnetSuffix read_suffix(NatnetReader& reader, bool sized, bool& plausible) noex
 // over for as long as what stands there cannot be a suffix.
 NatnetSuffix find_suffix(NatnetReader& reader, bool sized) noexcept {
   NatnetReader ahead = reader;
-  while (sized && ahead.remaining() > kSuffixBytes + kPrecisionTimeBytes) {
+  while (sized && ahead.ok() && ahead.remaining() >= kSuffixBytes + kPrecisionTimeBytes) {
     bool plausible = false;
     NatnetReader here(ahead.rest_bytes());
     const NatnetSuffix suffix = read_suffix(here, sized, plausible);
-    if (plausible) {
+    if (plausible || here.remaining() == 0) {
       reader.take(reader.remaining() - here.remaining());
       return suffix;
     }
     ahead.read<std::int32_t>();
     ahead.take(ahead.count(1), 1);
-    if (!ahead.ok()) break;
-    bool at_end = false;
-    if (ahead.remaining() == kSuffixBytes + kPrecisionTimeBytes) {
-      reader.take(reader.remaining() - ahead.remaining());
-      return read_suffix(reader, sized, at_end);
-    }
   }
   bool ignored = false;
   return read_suffix(reader, sized, ignored);

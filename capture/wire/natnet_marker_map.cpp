@@ -144,6 +144,8 @@ NatnetMarkerMap::Group* NatnetMarkerMap::group_with_positions_of(const NatnetFra
 
 void NatnetMarkerMap::bind_model(const NatnetFrame& from, std::uint16_t model, bool only_one) noexcept {
   Group* group = group_with_positions_of(from, model);
+  // Model 0 is most often that of no model at all: what positions could tell, nothing else may.
+  if (group == nullptr && model == 0 && from.marker_set_count > 0) return;
   if (group == nullptr) {
     const auto without = [](const Group& g) { return g.model == kNoModel && g.count > 0; };
     const auto first = std::find_if(groups_.begin(), groups_.end(), without);

@@ -23,8 +23,8 @@ const NatnetOptions& checked(const NatnetOptions& options) {
   if (options.timecode_rate < 1 || options.timecode_rate > 60) {
     throw UserError("timecode_rate", fmt::format("{} is out of range", options.timecode_rate), "1 to 60");
   }
-  if (options.event_capacity < 4) {
-    throw UserError("event_capacity", fmt::format("{} is out of range", options.event_capacity), "4 to 65536");
+  if (options.event_capacity < 8) {
+    throw UserError("event_capacity", fmt::format("{} is out of range", options.event_capacity), "8 to 65536");
   }
   return options;
 }
@@ -141,20 +141,36 @@ NatnetError NatnetSession::begin_or_change(std::int64_t now_ns) {
   const MarkerSet* set = store(map_.names());
   if (set == nullptr) return NatnetError::kTooManySets;
   if (phase_ != Phase::kStreaming) {
-    ++session_;
-    counters_.sessions.add();
-    events_.emit(SourceEventKind::kNewSession, session_);
-    set_ = nullptr;
-    stream_open_ = true;
-    recording_ = false;
+    begin_session();
     enter(Phase::kStreaming, now_ns);
   }
-  if (set != set_) {
-    counters_.sets_changed.add();
-    events_.emit(SourceEventKind::kMarkerSet, session_).set = set;
-    set_ = set;
-  }
+  use(set);
   return NatnetError::kNone;
+}
+
+void NatnetSession::begin_session() noexcept {
+  ++session_;
+  counters_.sessions.add();
+  events_.emit(SourceEventKind::kNewSession, session_);
+  set_ = nullptr;
+  stream_open_ = true;
+  recording_ = false;
+}
+
+void NatnetSession::use(const MarkerSet* set) noexcept {
+  if (set == set_) return;
+  counters_.sets_changed.add();
+  events_.emit(SourceEventKind::kMarkerSet, session_).set = set;
+  set_ = set;
+}
+
+/// The server began anew, and we have not noticed its absence: what comes now is another run of it.
+void NatnetSession::follow_restart() noexcept {
+  const MarkerSet* set = set_;
+  end_stream();
+  counters_.reconnects.add();
+  begin_session();
+  use(set);
 }
 
 const MarkerSet* NatnetSession::store(const std::vector<std::string>& names) {
@@ -176,7 +192,10 @@ NatnetError NatnetSession::take_frame(std::span<const std::byte> payload, std::i
   if (const NatnetError error = decode_frame(payload, server_->version, frame); error != NatnetError::kNone) {
     return error;
   }
-  watch(frame, now_ns);
+  const bool restarted = goes_back(frame.frame_number, now_ns);
+  watch(frame, restarted, now_ns);
+  if (restarted) follow_restart();
+  last_frame_number_ = frame.frame_number;
   if (now_ns < changing_until_ns_) return NatnetError::kModelChanging;
   std::int64_t capture_time_ns = 0;
   if (!capture_time(frame.suffix, capture_time_ns)) return NatnetError::kBadTime;
@@ -198,8 +217,15 @@ NatnetError NatnetSession::take_frame(std::span<const std::byte> payload, std::i
   return NatnetError::kNone;
 }
 
+/// So far, or after such a time, that it is no disorder of the network.
+bool NatnetSession::goes_back(std::int32_t frame_number, std::int64_t now_ns) const noexcept {
+  if (framed_ns_ == INT64_MIN) return false;
+  const std::int64_t back = std::int64_t{last_frame_number_} - frame_number;
+  return back > kRestartFrames || (back >= 0 && now_ns - framed_ns_ >= options_.silence_ns);
+}
+
 /// What a frame says of the server: each is acted upon once, when it begins.
-void NatnetSession::watch(const NatnetFrame& frame, std::int64_t now_ns) {
+void NatnetSession::watch(const NatnetFrame& frame, bool restarted, std::int64_t now_ns) {
   const bool models_changed = (frame.suffix.params & NatnetSuffix::kModelsChanged) != 0;
   if (!std::exchange(models_changed_bit_, models_changed) && models_changed) {
     changing_until_ns_ = now_ns + options_.first_wait_ns;
@@ -207,13 +233,10 @@ void NatnetSession::watch(const NatnetFrame& frame, std::int64_t now_ns) {
   }
   const bool bitstream_changed = (frame.suffix.params & NatnetSuffix::kBitstreamChanged) != 0;
   const bool began_to_change = !std::exchange(bitstream_changed_bit_, bitstream_changed) && bitstream_changed;
-  const bool restarted = std::int64_t{last_frame_number_} - frame.frame_number > kRestartFrames;
-  last_frame_number_ = frame.frame_number;
   if (!began_to_change && !frame.other_layout && !restarted) return;
   if (difference_ns(now_ns, asked_version_ns_) < options_.first_wait_ns) return;
   asked_version_ns_ = now_ns;
-  if (NatnetDatagram* datagram = outgoing())
-    encode_connect(static_cast<NatnetConnectForm>(connect_form_), *datagram);  // the form that was answered
+  send_connect();
 }
 
 bool NatnetSession::capture_time(const NatnetSuffix& suffix, std::int64_t& time_ns) const noexcept {

@@ -33,7 +33,7 @@ struct NatnetOptions {
   std::string markers;              ///< NatnetMarkerMap::build
   std::uint8_t timecode_rate = 30;  ///< frames per second of the timecode, which NatNet does not tell; 1 to 60
   bool timecode_drop_frame = false;
-  std::size_t event_capacity = 256;          ///< events that wait for pop, 4 to 65536
+  std::size_t event_capacity = 256;          ///< events that wait for pop, 8 to 65536
   std::int64_t first_wait_ns = 250'000'000;  ///< for an answer, before the next try
   std::int64_t longest_wait_ns = 5'000'000'000;
   std::int64_t silence_ns = 1'000'000'000;     ///< without any datagram of the server: it is lost
@@ -71,7 +71,7 @@ class NatnetSession {
 
  private:
   enum class Phase : std::uint8_t { kConnecting, kAskingRate, kAskingModel, kStreaming };
-  static constexpr std::size_t kMaxEventsPerDatagram = 3;  ///< a recording's change, a frame; or end, session and set
+  static constexpr std::size_t kMaxEventsPerDatagram = 6;  ///< recording and stream end, session, set, recording, frame
   static constexpr std::size_t kMaxOutgoing = 8;
   static constexpr std::size_t kMaxSets = 64;
 
@@ -82,12 +82,17 @@ class NatnetSession {
   NatnetError take_frame(std::span<const std::byte> payload, std::int64_t now_ns);
   NatnetError take_echo(std::span<const std::byte> payload, std::int64_t now_ns);
   NatnetError begin_or_change(std::int64_t now_ns);
-  void watch(const NatnetFrame& frame, std::int64_t now_ns);
+  bool goes_back(std::int32_t frame_number, std::int64_t now_ns) const noexcept;
+  void watch(const NatnetFrame& frame, bool restarted, std::int64_t now_ns);
+  void begin_session() noexcept;
+  void use(const MarkerSet* set) noexcept;
+  void follow_restart() noexcept;
   bool capture_time(const NatnetSuffix& suffix, std::int64_t& time_ns) const noexcept;
   Timecode timecode(const NatnetSuffix& suffix) const noexcept;
   const MarkerSet* store(const std::vector<std::string>& names);
   NatnetDatagram* outgoing() noexcept;
   void send(NatnetMessage message);
+  void send_connect();
   void enter(Phase phase, std::int64_t now_ns) noexcept;
   void connect_again(std::int64_t now_ns) noexcept;
   void retry(std::int64_t now_ns);
@@ -101,6 +106,7 @@ class NatnetSession {
   std::size_t connect_form_ = 0;
   std::int64_t wait_ns_ = 0, retry_at_ns_ = INT64_MIN;
   std::int64_t heard_ns_ = INT64_MIN, framed_ns_ = INT64_MIN, keep_alive_at_ns_ = INT64_MIN, echo_at_ns_ = INT64_MIN;
+  std::int64_t connected_ns_ = INT64_MIN;
   std::int64_t changing_until_ns_ = INT64_MIN;  ///< frames before that are of models that we do not know
   std::int64_t asked_version_ns_ = INT64_MIN;
   bool models_changed_bit_ = false, bitstream_changed_bit_ = false;

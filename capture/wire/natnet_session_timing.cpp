@@ -33,7 +33,8 @@ void NatnetSession::enter(Phase phase, std::int64_t now_ns) noexcept {
   } else if (phase == Phase::kAskingModel) {
     send(NatnetMessage::kRequestModelDef);
   } else if (phase == Phase::kStreaming) {
-    keep_alive_at_ns_ = echo_at_ns_ = now_ns;
+    keep_alive_at_ns_ = echo_at_ns_ = connected_ns_ = now_ns;
+    framed_ns_ = INT64_MIN;
   }
 }
 
@@ -44,6 +45,11 @@ void NatnetSession::connect_again(std::int64_t now_ns) noexcept {
     if (connect_form_ == 0) wait_ns_ = std::min(2 * wait_ns_, options_.longest_wait_ns);
   }
   retry_at_ns_ = now_ns + wait_ns_;
+  send_connect();
+}
+
+/// In the form that is in turn; once connected, in the one that was answered.
+void NatnetSession::send_connect() {
   if (NatnetDatagram* datagram = outgoing()) encode_connect(static_cast<NatnetConnectForm>(connect_form_), *datagram);
 }
 
@@ -66,6 +72,9 @@ void NatnetSession::keep_up(std::int64_t now_ns) {
   if (now_ns >= keep_alive_at_ns_) {
     keep_alive_at_ns_ = now_ns + options_.keep_alive_ns;
     send(NatnetMessage::kKeepAlive);
+    // A server that began anew answers echoes too, but sends no frames to a client that it does not know.
+    if (phase_ == Phase::kStreaming && now_ns - std::max(framed_ns_, connected_ns_) >= options_.silence_ns)
+      send_connect();
   }
   if (now_ns >= echo_at_ns_) {
     echo_at_ns_ = now_ns + options_.echo_ns;

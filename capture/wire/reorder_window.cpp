@@ -152,6 +152,10 @@ void ReorderWindow::tick(Tick tick) noexcept {
   }
 }
 
+void ReorderWindow::give_up_gaps() noexcept {
+  if (waiting() > 0) release_all();
+}
+
 void ReorderWindow::flush() noexcept {
   release_all();
   started_ = false;

@@ -37,6 +37,8 @@ class ReorderWindow {
   bool pop(MarkerFrame& frame) noexcept;
   /// Of the clock that receive times are read from; of this window's stream.
   void tick(Tick tick) noexcept;
+  /// The transport keeps the order: what is missing now will not come, so nothing waits for it.
+  void give_up_gaps() noexcept;
   /// Releases everything; the next frame starts a stream with whatever sequence it has.
   void flush() noexcept;
   /// The sender has said that `last_sequence` was its last: releases everything and counts what is missing up to there.

@@ -24,6 +24,12 @@ enum class LinkState : std::uint8_t { kListening, kConnecting, kWaiting, kStream
 /// "listening" and so on.
 std::string_view name_of(LinkState state) noexcept;
 
+/// A counter that only one protocol has.
+struct SourceExtra {
+  std::string_view name;  ///< static
+  const Counter* counter = nullptr;
+};
+
 /// One writing thread, read by any.
 struct SourceCounters {
   static constexpr std::size_t kMaxReasons = 32;
@@ -45,6 +51,7 @@ struct SourceCounters {
   Counter granted_buffer_bytes;  ///< SO_RCVBUF as the kernel gave it; below what was asked if net.core.rmem_max forbids
   Counter truncated;             ///< longer than any message by far; refused as well
   Counter receive_errors;        ///< of the socket
+  Counter foreign;               ///< datagrams from another host than the tracker; not looked at
   Counter wake_ups;
   Counter pauses;      ///< the consumer left the source full
   Counter reconnects;  ///< the connection was lost and made again
@@ -53,6 +60,8 @@ struct SourceCounters {
 
   std::span<const std::string_view> reasons;
   std::array<Counter, kMaxReasons> refused;  ///< datagrams, by reason
+
+  std::span<const SourceExtra> extras;  ///< set before any other thread reads
 
   template <class Reason>
   void refuse(Reason reason, std::uint64_t count = 1) noexcept {
@@ -85,6 +94,8 @@ class Source {
   virtual bool pop(SourceEvent& event) noexcept = 0;
   /// Gives up everything incomplete; what is complete can still be popped.
   virtual void flush() noexcept = 0;
+  /// Whether the transport keeps the order of frames, so that a gap in their sequence is final.
+  virtual bool keeps_order() const noexcept { return false; }
   /// As a URL: where senders can send (with the port that the system chose), or what we are connected to.
   virtual std::string endpoint() const = 0;
   virtual const SourceCounters& counters() const noexcept = 0;

@@ -110,6 +110,8 @@ void add_serve_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("serve", "play a take as a tracker: OptiTrack, Qualisys or Vicon");
   command->require_subcommand(1);
   add_serve_natnet(*command);
+  add_serve_qtm(*command);
+  add_serve_vicon(*command);
 }
 
 }  // namespace risorius

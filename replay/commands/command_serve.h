@@ -23,5 +23,8 @@ CLI::App* add_serve_protocol(CLI::App& serve, const std::string& name, const std
 
 /// `serve natnet`.
 void add_serve_natnet(CLI::App& serve);
+/// `serve qtm` and `serve vicon`.
+void add_serve_qtm(CLI::App& serve);
+void add_serve_vicon(CLI::App& serve);
 
 }  // namespace risorius

@@ -196,7 +196,12 @@ void TakeDataset::find_episodes(const AuFrame& frame) {
 
 void TakeDataset::keep_episodes() {
   Episode episode;
-  while (episode_detector_->pop(episode)) episodes_.push_back(episode);
+  while (episode_detector_->pop(episode)) {
+    // The tracker's clock may begin anywhere; a take's files count from its first frame.
+    for (EpisodePoint* point : {&episode.onset, &episode.apex, &episode.offset})
+      point->time_ns = difference_ns(point->time_ns, first_capture_time_ns_);
+    episodes_.push_back(episode);
+  }
 }
 
 void TakeDataset::finish() {

@@ -55,6 +55,40 @@ TEST(Config, NamesKeyValueAndRemedyOfEveryProblem) {
   }
 }
 
+TEST(Config, ChecksWhatNatnetSourcesAreTold) {
+  const Config config = parse_config(
+      "[[source]]\nlisten = \"natnet://192.168.1.5\"\nnatnet_markers = \"set:face\"\nnatnet_data_port = 1600\n"
+      "natnet_multicast_group = \"239.1.2.3\"\nnatnet_local_address = \"10.0.0.2\"\nnatnet_timecode = \"30df\"\n",
+      "t");
+  EXPECT_EQ(config.sources[0].natnet_markers, "set:face");
+  EXPECT_EQ(config.sources[0].natnet_data_port, 1600);
+  EXPECT_TRUE(parse_natnet_timecode(config.sources[0].natnet_timecode)->drop_frame);
+  const std::string error = error_of(
+      "[[source]]\nnatnet_markers = \"set:\"\nnatnet_data_port = 65536\nnatnet_multicast_group = \"10.0.0.1\"\n"
+      "natnet_local_address = \"here\"\nnatnet_timecode = \"29.97\"\n");
+  for (const char* part : {"5 problems", "natnet_markers", "\"set:NAME\"", "natnet_data_port", "natnet_multicast_group",
+                           "239.255.42.99", "natnet_local_address", "here", "natnet_timecode", "30df"}) {
+    EXPECT_NE(error.find(part), std::string::npos) << part << " in: " << error;
+  }
+}
+
+TEST(Config, ReadsWhatQtmAndViconSourcesNeed) {
+  const Config config = parse_config(
+      "[[source]]\nname = \"q\"\nlisten = \"qtm://10.0.0.7\"\nqtm_frames = \"udp\"\n"
+      "[[source]]\nname = \"v\"\nlisten = \"vicon://10.0.0.8\"\nvicon_subject = \"Anna\"\nvicon_rate_hz = 59.94\n",
+      "t");
+  EXPECT_EQ(config.sources[0].qtm_frames, "udp");
+  EXPECT_EQ(config.sources[1].vicon_subject, "Anna");
+  EXPECT_EQ(config.sources[1].vicon_rate_hz, 59.94);
+  const std::string printed = print_config(config);
+  EXPECT_EQ(print_config(parse_config(printed, "printed.toml")), printed);
+  const std::string subject = "[[source]]\nlisten = \"vicon://10.0.0.8\"\nname = ";
+  EXPECT_EQ(error_of(subject + "\"a\"\n" + subject + "\"b\"\n"), "") << "two subjects of one server";
+  const std::string error = error_of("[[source]]\nqtm_frames = \"pigeon\"\nvicon_rate_hz = -1\n");
+  for (const char* part : {"2 problems", "source[0].qtm_frames", "pigeon", "vicon_rate_hz", "-1"})
+    EXPECT_NE(error.find(part), std::string::npos) << part << " in: " << error;
+}
+
 TEST(Config, RefusesUnknownKeysEverywhere) {
   for (const char* toml : {"colour = 1", "[output]\npublsh = \"x\"", "[[source]]\nporte = 3",
                            "[[source]]\n[source.fill]\nmax_gap = 3", "[fil]\n"}) {

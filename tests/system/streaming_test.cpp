@@ -1,60 +1,14 @@
 // Takes over real sockets through the real daemon: what is recorded equals the offline causal run bit for bit, ledgers
 // balance and nothing is lost.
-#include <fstream>
 #include <gtest/gtest.h>
-#include <sstream>
 
 #include "support/process.h"
 #include "support/test_data.h"
 #include "system/running_daemon.h"
+#include "system/stream_checks.h"
 
 namespace risorius::test {
 namespace {
-
-std::string bytes_of(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream bytes;
-  bytes << file.rdbuf();
-  return bytes.str();
-}
-
-void expect_equal_takes(const std::filesystem::path& live, const std::filesystem::path& offline) {
-  for (const char* file : {"cleaned.c3d", "au.csv", "au_sd.csv", "pose.csv", "quality.csv", "episodes.csv"}) {
-    const std::string expected = bytes_of(offline / file);
-    ASSERT_FALSE(expected.empty()) << offline / file;
-    EXPECT_TRUE(bytes_of(live / file) == expected) << file << " differs between " << live << " and " << offline;
-  }
-}
-
-void expect_balanced(const nlohmann::json& ledger, const std::string& what) {
-  const auto of = [&](const char* key) { return ledger.at(key).get<std::uint64_t>(); };
-  EXPECT_EQ(of("received"), of("emitted") + of("dropped") + of("refused") + of("held"))
-      << what << ": " << ledger.dump();
-  EXPECT_EQ(of("held"), 0u) << what;
-}
-
-void expect_nothing_lost(const nlohmann::json& stream, std::uint64_t frames) {
-  for (const char* ledger : {"datagrams", "reorder", "admission", "despike", "fill", "solve"})
-    expect_balanced(stream.at(ledger), ledger);
-  expect_balanced(stream.at("frames").at("assembled"), "assembled");
-  EXPECT_EQ(stream.at("processed"), frames);
-  EXPECT_EQ(stream.at("frames").at("lost"), 0);
-  EXPECT_EQ(stream.at("frames").at("incomplete"), 0);
-  EXPECT_EQ(stream.at("datagrams").at("kernel_drops"), 0);
-  EXPECT_EQ(stream.at("admission").at("dropped"), 0);
-}
-
-bool all_solved(const RunningDaemon& daemon, const std::map<std::string, std::uint64_t>& frames) {
-  const auto begin = std::chrono::steady_clock::now();
-  while (std::chrono::steady_clock::now() - begin < std::chrono::seconds(120)) {
-    const auto streams = daemon.status().at("streams");
-    bool done = true;
-    for (const auto& [name, count] : frames)
-      done = done && streams.at(name).at("processed").get<std::uint64_t>() >= count;
-    if (done) return true;
-  }
-  return false;
-}
 
 TEST(Streaming, BuiltinOverUdpEqualsOffline) {
   TemporaryFolder folder;

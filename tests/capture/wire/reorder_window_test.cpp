@@ -74,6 +74,17 @@ TEST(ReorderWindow, UndoesEveryPermutationWithinTheWindow) {
   }
 }
 
+TEST(ReorderWindow, WaitsForNothingWhereTheTransportKeepsTheOrder) {
+  ReorderWindow window;
+  EXPECT_EQ(push(window, {1, 2}), (Sequences{1, 2}));
+  EXPECT_TRUE(window.push(frame_of(5)));
+  window.give_up_gaps();
+  EXPECT_EQ(pop_all(window), Sequences{5});
+  EXPECT_EQ(window.lost().value(), 2u);
+  EXPECT_TRUE(window.ledger().balanced());
+  EXPECT_EQ(push(window, {6}), Sequences{6});
+}
+
 TEST(ReorderWindow, GivesAGapUpWhenDepthFramesWait) {
   ReorderWindow window({.depth = 3});
   EXPECT_EQ(push(window, {0, 1, 4, 5}), (Sequences{0, 1}));

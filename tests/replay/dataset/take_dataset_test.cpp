@@ -72,6 +72,23 @@ TEST(TakeDataset, LostFramesKeepTheirPlaceInEveryFile) {
   }
 }
 
+TEST(TakeDataset, SecondsCountFromTheTakesFirstFrameWhateverTheTrackersClockSays) {
+  test::TemporaryFolder folder;
+  auto performed = perform(3);
+  for (const char* name : {"from_0", "from_9_days"}) {
+    TakeDataset take(folder.path() / name, performed.set, builtin_rig(), {.source = "test"});
+    for (const auto& frame : performed.frames) take.write(frame);
+    take.finish();
+    for (auto& frame : performed.frames) {
+      frame.markers.header.capture_time_ns += 777'777'777'777'777;
+      frame.aus.header.capture_time_ns += 777'777'777'777'777;
+    }
+  }
+  ASSERT_GT(lines_of(folder.path() / "from_0" / "episodes.csv").size(), 1u);
+  for (const char* file : {"episodes.csv", "quality.csv"})
+    EXPECT_EQ(lines_of(folder.path() / "from_9_days" / file), lines_of(folder.path() / "from_0" / file)) << file;
+}
+
 TEST(TakeDataset, RestartsAndLongGapsDoNotContinueATake) {
   test::TemporaryFolder folder;
   auto performed = perform(0.1);
