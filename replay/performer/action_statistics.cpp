@@ -150,4 +150,10 @@ ActionDistributions distributions_of(const std::vector<AuAction>& actions) {
   return out;
 }
 
+void append(ActionDistributions& to, const ActionDistributions& more) {
+  for (std::vector<double> ActionDistributions::*values :
+       {&ActionDistributions::peak_velocity, &ActionDistributions::duration_s, &ActionDistributions::rest_to_rest_s})
+    (to.*values).insert((to.*values).end(), (more.*values).begin(), (more.*values).end());
+}
+
 }  // namespace risorius

@@ -50,6 +50,7 @@ struct ActionDistributions {
   std::vector<double> rest_to_rest_s;  ///< from the end of an action to the end of the next one of the same AU
 };
 ActionDistributions distributions_of(const std::vector<AuAction>& actions);
+void append(ActionDistributions& to, const ActionDistributions& more);
 
 /// The share-quantile (0 to 1) by linear interpolation; 0 of nothing.
 double quantile_of(std::vector<double> values, double share);

@@ -4,11 +4,10 @@
 #pragma once
 
 #include <filesystem>
-#include <map>
 #include <string>
 #include <string_view>
-#include <vector>
 
+#include "replay/performer/posture_table.h"
 #include "replay/performer/random.h"
 
 namespace risorius {
@@ -29,23 +28,31 @@ struct Wander {
   double time_constant_s = 1;  ///< after which it has forgotten where it was
 };
 
-/// What else moves when an AU acts.
-struct CoAction {
-  std::string au;
-  double probability = 0;  ///< 0 to 1
-  double ratio = 0;        ///< of its peak to the acting AU's
+/// How the ways to a posture differ from each other, and what happens while it is held.
+struct Timing {
+  double lag_s = 0;              ///< standard deviation: when an AU sets out, against the one that leads
+  double pace = 0;               ///< standard deviation of the logarithm of its way's duration against the leader's
+  double split_probability = 0;  ///< that a way is made in two steps
+  double split_share = 0.5;      ///< of the way, made by the first step
+  double split_gap = 0.5;        ///< from the first step's fastest moment to the second's, in durations of the way
+  double shifts_per_second = 0;  ///< small changes of a held posture
+  double shift_renewal = 0;      ///< how much of the posture a shift renews, 0 to 1: its correlation is sqrt(1 - r^2)
+  double apex_shift = 0;         ///< standard deviation of the logarithm of a held AU's level over the shifts
+  double persistence = 0;        ///< correlation of a posture with the one before
 };
 
 struct Dynamics {
   std::string source, licence, made_by;
   LogNormal onset_s, hold_s, offset_s;  ///< of one action
-  LogNormal rest_s;                     ///< from one action of the face to the next
+  LogNormal rest_s;                     ///< from one action's letting go to the next action
   LogNormal peak;                       ///< cut off at 1
   double repeat_probability = 0;        ///< that an action is done again after its rest
   double onset_skew = 1, offset_skew = 1;
   double side_lag_s = 0, side_gain = 0;  ///< standard deviations: left against right; gain of the logarithm
+  Timing timing;
+  double follower_gain = 1;  ///< of the AUs that the postures bring along, times the levels of the table
   Wander micro_motion, rest_drift;
-  std::map<std::string, std::vector<CoAction>, std::less<>> co_actions;
+  PostureTable postures;
 };
 
 /// Throws UserError naming `place`, field, value and remedy.

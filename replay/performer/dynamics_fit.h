@@ -9,6 +9,7 @@
 
 #include "replay/performer/action_statistics.h"
 #include "replay/performer/dynamics.h"
+#include "replay/performer/performer_script.h"
 
 namespace risorius {
 
@@ -22,7 +23,10 @@ struct DynamicsFitOptions {
 Dynamics fit_dynamics(const PreparedSeries& recorded, const DynamicsFitOptions& options = {},
                       const std::function<void(int, int)>& progress = {});
 
-/// A range of motion of these AUs at 30 Hz by a table, with micro-motion and drift, as if it had been recorded.
+/// A script of these AUs at 30 Hz by a table, with micro-motion and drift, as if it had been recorded.
+AuSeries perform_series(const std::vector<std::string>& names, const ScriptOptions& options, const Dynamics& dynamics);
+
+/// The same of a range of motion.
 AuSeries perform_range_of_motion(const std::vector<std::string>& names, const Dynamics& dynamics, double seconds,
                                  std::uint64_t seed);
 

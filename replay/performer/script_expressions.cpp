@@ -10,7 +10,6 @@ namespace risorius {
 namespace {
 
 constexpr const char* kNeutral = "neutral";
-constexpr double kJitterS = 0.08;  // muscles of one expression do not start together
 constexpr double kLeastHoldS = 0.5, kMostHoldS = 4;
 
 /// Every directed pair of `names` once: names.size() * (names.size() - 1) + 1 places, the first and last equal.
@@ -60,7 +59,8 @@ const AuTargets& choose_variant(ScriptWriter& writer, const std::vector<AuTarget
 
 class Walk {
  public:
-  Walk(ScriptWriter& writer, double begin_s, double until_s) : writer_(writer), time_s_(begin_s), until_s_(until_s) {}
+  Walk(ScriptWriter& writer, double begin_s, double until_s)
+      : writer_(writer), time_s_(begin_s), until_s_(until_s), jitter_s_(2 * writer.dynamics().timing.lag_s) {}
 
   void take_set(const std::string& set) {
     std::vector<std::string> names = shipped_expression_table().sets.find(set)->second;
@@ -90,7 +90,7 @@ class Walk {
     const double gain = random.uniform(0.6, 1);
     const AuTargets& variant = choose_variant(writer_, shipped_expression_table().expressions.find(to)->second);
     const std::vector<double> levels = writer_.levels_of(variant, gain, random);
-    const double apex_s = time_s_ + way_s + kJitterS;
+    const double apex_s = time_s_ + way_s + jitter_s_;
     // There must be time left for the way back.
     if (until_s_ > 0) hold_s = std::clamp(until_s_ - kLongestWayS - apex_s, 0.0, hold_s);
     // Too far, and back to the level that is held.
@@ -98,18 +98,34 @@ class Walk {
       std::vector<double> beyond = levels;
       const double overshoot = 1 + random.uniform(0.03, 0.1);
       for (double& level : beyond) level = std::min(1.0, level * overshoot);
-      writer_.go_to(ScriptLayer::kFace, beyond, time_s_, way_s, kJitterS, random);
+      writer_.go_to(ScriptLayer::kFace, beyond, time_s_, way_s, jitter_s_, random);
       writer_.go_to(ScriptLayer::kFace, levels, apex_s - 0.15 * way_s, 0.35, 0, random);
     } else {
-      writer_.go_to(ScriptLayer::kFace, levels, time_s_, way_s, kJitterS, random);
+      writer_.go_to(ScriptLayer::kFace, levels, time_s_, way_s, jitter_s_, random);
     }
+    shift_apex(levels, apex_s, apex_s + hold_s);
     writer_.cue(time_s_, apex_s, apex_s + hold_s, at_ + " > " + to);
     time_s_ = apex_s + hold_s;
     at_ = to;
   }
 
+  /// A held expression is never quite still: its levels shift about where they were reached.
+  void shift_apex(const std::vector<double>& levels, double begin_s, double until_s) {
+    Random& random = writer_.face;
+    const Dynamics& dynamics = writer_.dynamics();
+    constexpr double kSettledS = 0.3;
+    const std::vector<bool> nobody(levels.size(), false);
+    for (const double shift_s : writer_.draw_shifts(begin_s + kSettledS, until_s - dynamics.onset_s.median, random)) {
+      std::vector<double> shifted = levels;
+      for (double& level : shifted)
+        level = std::min(1.0, level * std::exp(dynamics.timing.apex_shift * std::clamp(random.gaussian(), -2.0, 2.0)));
+      writer_.pose_to(ScriptLayer::kFace, shifted, nobody, shift_s, dynamics.onset_s.draw(random), random);
+    }
+  }
+
   ScriptWriter& writer_;
   double time_s_, until_s_;
+  double jitter_s_;  ///< muscles of one expression do not start together
   std::string at_ = kNeutral;
 };
 

@@ -75,7 +75,7 @@ double write_phrase(ScriptWriter& writer, double begin_s, double end_s) {
   const double close_s = random.uniform(0.2, 0.4);
   writer.go_to(ScriptLayer::kSpeech, std::vector<double>(writer.names().size(), 0.0), time_s, close_s, 0.05, random);
   writer.cue(begin_s, begin_s, time_s, "phrase");
-  return time_s + 1.15 * close_s + 0.1;
+  return time_s + 1.35 * close_s + 0.1;
 }
 
 }  // namespace

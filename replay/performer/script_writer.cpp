@@ -9,6 +9,8 @@ namespace risorius {
 namespace {
 
 constexpr double kShortestMoveS = 0.04;
+constexpr double kMostHurry = 0.3;      // of a way with an end that others wait for, logarithm of its duration
+constexpr double kLeastChange = 0.004;  // smaller ones wait until they have added up: they cost time and show nothing
 constexpr double kHighestLevel = 1;
 constexpr double kOvershootChance = 0.5, kLeastOvershoot = 0.03, kMostOvershoot = 0.1, kSettleS = 0.35;
 constexpr double kYield = 0.08;          // of the peak, over a held apex
@@ -116,23 +118,71 @@ std::vector<double> ScriptWriter::levels_of(const AuTargets& targets, double gai
   return levels;
 }
 
+ScriptWriter::SideGain ScriptWriter::draw_side_gain(Random& random) const {
+  const double gain = draw_side(random).gain;
+  return {gain, 1 / gain};
+}
+
+std::vector<double> ScriptWriter::draw_shifts(double begin_s, double until_s, Random& random) const {
+  std::vector<double> times;
+  if (dynamics_.timing.shifts_per_second <= 0) return times;
+  // One has mostly been made before the next begins: two opposite ones at once would shoot over both levels.
+  const double mean_s = 1 / dynamics_.timing.shifts_per_second;
+  const double pause_s = std::min(dynamics_.onset_s.median, 0.7 * mean_s);
+  for (double time_s = begin_s; (time_s += pause_s + random.exponential(mean_s - pause_s)) < until_s;)
+    times.push_back(time_s);
+  return times;
+}
+
+void ScriptWriter::pose_to(ScriptLayer layer, const std::vector<double>& levels, const std::vector<bool>& leads,
+                           double begin_s, double duration_s, Random& random) {
+  const Timing& timing = dynamics_.timing;
+  auto& now = level_[static_cast<std::size_t>(layer)];
+  int last_number = -1;
+  double lag_s = 0, pace = 1;
+  bool splits = false;
+  for (std::size_t k = 0; k < levels.size(); ++k) {
+    const int number = parse_au_column(names_[k]).number;
+    // Sides of one AU go together but for their lag; muscles of one posture do not.
+    if (number == 0 || number != last_number) {
+      lag_s = timing.lag_s * std::clamp(random.gaussian(), -2.0, 2.0);
+      pace = std::exp(timing.pace * std::clamp(random.gaussian(), -2.0, 2.0));
+      splits = random.chance(timing.split_probability);
+    }
+    last_number = number;
+    const double side_lag_s = 0.5 * dynamics_.side_lag_s * std::clamp(random.gaussian(), -2.0, 2.0);
+    const double change = levels[k] - now[k];
+    if (std::abs(change) < kLeastChange) continue;
+    now[k] = levels[k];
+    const auto au = static_cast<std::uint32_t>(k);
+    const double start_s = std::max(0.0, begin_s + (leads[k] ? 0 : lag_s) + side_lag_s);
+    const double way_s = std::max(kShortestMoveS, leads[k] ? duration_s : pace * duration_s);
+    const double skew = change > 0 ? dynamics_.onset_skew : dynamics_.offset_skew;
+    const double first = splits ? timing.split_share : 1;
+    move(layer, {au, start_s, way_s, first * change, skew});
+    if (splits) move(layer, {au, start_s + timing.split_gap * way_s, way_s, (1 - first) * change, skew});
+  }
+}
+
 void ScriptWriter::go_to(ScriptLayer layer, const std::vector<double>& levels, double begin_s, double duration_s,
                          double jitter_s, Random& random) {
   auto& now = level_[static_cast<std::size_t>(layer)];
   int last_number = -1;
-  double start_s = begin_s;
+  double start_s = begin_s, pace = 1;
   for (std::size_t k = 0; k < levels.size(); ++k) {
     const double change = levels[k] - now[k];
     const int number = parse_au_column(names_[k]).number;
     // Sides of one AU start together but for their lag; muscles of one expression do not.
-    if (number == 0 || number != last_number) start_s = begin_s + jitter_s * random.uniform();
+    if (number == 0 || number != last_number) {
+      start_s = begin_s + jitter_s * random.uniform();
+      pace = std::exp(std::clamp(dynamics_.timing.pace * random.gaussian(), -kMostHurry, kMostHurry));
+    }
     last_number = number;
     now[k] = levels[k];
     if (std::abs(change) < 1e-9) continue;
     const double lag_s = 0.5 * dynamics_.side_lag_s * std::clamp(random.gaussian(), -2.0, 2.0);
     const double skew = change > 0 ? dynamics_.onset_skew : dynamics_.offset_skew;
-    move(layer, {static_cast<std::uint32_t>(k), std::max(0.0, start_s + lag_s), duration_s * random.uniform(0.85, 1.15),
-                 change, skew});
+    move(layer, {static_cast<std::uint32_t>(k), std::max(0.0, start_s + lag_s), duration_s * pace, change, skew});
   }
 }
 

@@ -35,6 +35,21 @@ class ScriptWriter {
   void act(ScriptLayer layer, std::string_view au, const Action& action);
   /// An action with times and peak drawn from the dynamics.
   Action draw_action(double begin_s, Random& random) const;
+  /// How much more a channel of this side moves than the other, as a factor; 1 where there are no sides.
+  struct SideGain {
+    double left = 1, right = 1;
+    double of(const Channel& channel) const noexcept {
+      return channel.side == 'L' ? left : channel.side == 'R' ? right : 1;
+    }
+  };
+  SideGain draw_side_gain(Random& random) const;
+
+  /// Takes a layer's channels to these levels (one per channel) as a face changes its posture: each AU sets out,
+  /// hurries and breaks its way by the dynamics' timing. `leads` (one per channel) set out at `begin_s` itself.
+  void pose_to(ScriptLayer layer, const std::vector<double>& levels, const std::vector<bool>& leads, double begin_s,
+               double duration_s, Random& random);
+  /// Times of shifts while a posture is held.
+  std::vector<double> draw_shifts(double begin_s, double until_s, Random& random) const;
 
   /// Takes a layer's channels from where they are to these levels (one per channel), in about `duration_s`.
   void go_to(ScriptLayer layer, const std::vector<double>& levels, double begin_s, double duration_s, double jitter_s,

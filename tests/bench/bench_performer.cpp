@@ -12,6 +12,7 @@
 #include "bench/calibrate_performed.h"
 #include "replay/performer/dynamics_fit.h"
 #include "replay/performer/performer.h"
+#include "replay/performer/wander_fit.h"
 #include "replay/picture/plot.h"
 #include "replay/takes/arkit_aus.h"
 #include "replay/takes/live_link_csv.h"
@@ -23,7 +24,8 @@ namespace {
 
 constexpr double kGridHz = 30;
 constexpr int kTakes = 10;
-constexpr std::uint64_t kSeed = 20260;  // not the seed that the fit simulates with
+constexpr std::size_t kSpectrumLines = 75;  // windows of 5 s
+constexpr std::uint64_t kSeed = 20260;      // not the seed that the fit simulates with
 
 PreparedSeries recorded(const std::filesystem::path& path, AuSeries* aus = nullptr) {
   const LiveLinkTake take = load_live_link_csv(path);
@@ -97,6 +99,35 @@ double nearest_neighbour_accuracy(const Windows& a, const Windows& b) {
   return static_cast<double>(right) / static_cast<double>(2 * count);
 }
 
+/// Mean over several performances: one alone scatters by a few hundredths.
+double accuracy_against_performed(const PreparedSeries& real, const Dynamics& dynamics, ScriptKind kind) {
+  constexpr int kPerformances = 5;
+  const double seconds = static_cast<double>(real.rows.size()) / kGridHz;
+  double sum = 0;
+  for (std::uint64_t take = 0; take < kPerformances; ++take) {
+    const PreparedSeries performed =
+        prepare_series(perform_series(real.names, {kind, seconds, kSeed + take, true, false}, dynamics), kGridHz);
+    sum += nearest_neighbour_accuracy(windows_of(real), windows_of(performed));
+  }
+  return sum / kPerformances;
+}
+
+/// Mean density over a band, performed by recorded.
+double spectrum_ratio(const RestSpectrum& real, const RestSpectrum& performed, double from_hz, double to_hz) {
+  double a = 0, b = 0;
+  for (std::size_t i = 0; i < real.frequency_hz.size() && i < performed.density.size(); ++i) {
+    if (real.frequency_hz[i] < from_hz || real.frequency_hz[i] >= to_hz) continue;
+    a += real.density[i];
+    b += performed.density[i];
+  }
+  return b / a;
+}
+
+std::vector<double> absolute(std::vector<double> values) {
+  for (double& value : values) value = std::abs(value);
+  return values;
+}
+
 /// By the processor's time, which other programs on the machine do not change.
 double seconds_per_second(const Rig& rig) {
   PerformerOptions options{.seconds = 120};
@@ -137,9 +168,25 @@ void plot_course(Canvas& canvas, const PictureRectangle& where, const PreparedSe
   plot.draw(canvas, where);
 }
 
+/// What a face does while an AU rests: spectrum of the intensity, steps of the resting level.
+void plot_rest(Canvas& canvas, const PreparedSeries& real, const PreparedSeries& performed) {
+  Plot spectrum({"AUs at rest: spectral density, median over AUs", "frequency, Hz", "log10 of 1/Hz"});
+  Plot drift({"drift of the rest", "|change over 5 s|", "share"});
+  std::size_t colour = 0;
+  for (const auto& [series, name] : {std::pair{&real, "recorded"}, {&performed, "performed"}}) {
+    RestSpectrum of_series = rest_spectrum(*series, kSpectrumLines);
+    for (double& density : of_series.density) density = std::log10(std::max(density, 1e-12));
+    spectrum.line(of_series.frequency_hz, of_series.density, plot_colour(colour), name);
+    drift.ecdf(absolute(rest_drift_steps(*series)), plot_colour(colour++), name);
+  }
+  drift.limit_y(0, 1);
+  spectrum.draw(canvas, {10, 900, 680, 300});
+  drift.draw(canvas, {695, 900, 680, 300});
+}
+
 void draw(const PreparedSeries& real, const PreparedSeries& performed, const ActionDistributions& of_real,
           const ActionDistributions& of_performed) {
-  Canvas canvas(1380, 900);
+  Canvas canvas(1380, 1210);
   double x = 10;
   for (const Statistic& statistic : kStatistics) {
     Plot plot({statistic.name, fmt::format("{}, {}", statistic.name, statistic.unit), "share of actions"});
@@ -152,6 +199,7 @@ void draw(const PreparedSeries& real, const PreparedSeries& performed, const Act
   }
   plot_course(canvas, {10, 345, 1360, 270}, real, 60, "recorded: range of motion");
   plot_course(canvas, {10, 620, 1360, 270}, performed, 60, "performed: range of motion");
+  plot_rest(canvas, real, performed);
   const auto folder = std::filesystem::path(RISORIUS_SOURCE_DIR) / "build/bench";
   std::filesystem::create_directories(folder);
   canvas.save_png(folder / "performer.png");
@@ -177,7 +225,16 @@ void compare_range_of_motion(const std::filesystem::path& path, bench::BenchRepo
     }
   }
   report.add("1-NN two-sample accuracy, 0.5 s windows",
-             nearest_neighbour_accuracy(windows_of(real), windows_of(performed)));
+             accuracy_against_performed(real, shipped_dynamics(), ScriptKind::kRom));
+  const RestSpectrum of_rest = rest_spectrum(real, kSpectrumLines), of_made = rest_spectrum(performed, kSpectrumLines);
+  report.add("rest spectrum, 0.2 to 1 Hz: performed / real", spectrum_ratio(of_rest, of_made, 0.2, 1));
+  report.add("rest spectrum, 1 to 4 Hz: performed / real", spectrum_ratio(of_rest, of_made, 1, 4));
+  report.add("rest spectrum, 4 to 12 Hz: performed / real", spectrum_ratio(of_rest, of_made, 4, 12));
+  const std::vector<double> drift = absolute(rest_drift_steps(real)),
+                            made_drift = absolute(rest_drift_steps(performed));
+  for (const auto& [name, share] : {std::pair{"median", 0.5}, {"p90", 0.9}})
+    report.add(fmt::format("rest drift over 5 s, {}: performed / real", name),
+               quantile_of(made_drift, share) / quantile_of(drift, share));
   draw(real, performed, of_real, of_performed);
 
   // Fitted on one half, compared with the other. What the halves differ by among themselves stands beside it.
@@ -198,32 +255,36 @@ void compare_range_of_motion(const std::filesystem::path& path, bench::BenchRepo
       halves = std::max(halves, std::abs(quantile_of(in_first.*statistic.values, share) / truth - 1));
     }
   }
+  report.add("1-NN, first half against second half, both real",
+             nearest_neighbour_accuracy(windows_of(first), windows_of(second)));
+  report.add("1-NN, fitted on first half, against that half",
+             accuracy_against_performed(first, of_first, ScriptKind::kRom));
+  report.add("1-NN, fitted on first half, against second half",
+             accuracy_against_performed(second, of_first, ScriptKind::kRom));
   report.add("held-out half: worst |performed / real - 1|", held_out);
   report.add("first half against second: worst |ratio - 1|", halves);
 }
 
 /// For orientation only: recorded emotional speech of other people against the speech script.
-void compare_speech(const std::filesystem::path& folder) {
+void compare_speech(const std::filesystem::path& folder, bench::BenchReport& report) {
   ActionDistributions real;
+  double as_speech = 0, as_rom = 0, takes = 0;
   std::vector<std::string> names;
   for (const char* take : {"MySlate_161_iPhone_cal.csv", "MySlate_164_iPhone_cal.csv", "MySlate_167_iPhone_cal.csv"}) {
     if (!std::filesystem::exists(folder / take)) continue;
     const PreparedSeries series = recorded(folder / take);
     names = series.names;
-    const ActionDistributions one = distributions_of(find_actions(series));
-    for (const Statistic& statistic : kStatistics)
-      (real.*statistic.values)
-          .insert((real.*statistic.values).end(), (one.*statistic.values).begin(), (one.*statistic.values).end());
+    append(real, distributions_of(find_actions(series)));
+    as_speech += accuracy_against_performed(series, shipped_dynamics(), ScriptKind::kSpeech);
+    as_rom += accuracy_against_performed(series, shipped_dynamics(), ScriptKind::kRom);
+    takes += 1;
   }
   if (names.empty()) return;
-  PerformerScript script(names, {ScriptKind::kSpeech, 300, kSeed});
-  AuSeries series{.names = names};
-  for (std::uint64_t f = 0; f < 300 * 60; ++f) {
-    script.intensities_at(static_cast<double>(f) / 60, series.intensities.emplace_back(names.size()));
-    series.frames.push_back(f);
-  }
+  report.add("1-NN, unseen people's speech against speech", as_speech / takes);
+  report.add("1-NN, unseen people's speech against range of motion", as_rom / takes);
+  const AuSeries series = perform_series(names, {ScriptKind::kSpeech, 300, kSeed, true, false}, shipped_dynamics());
   print_comparison("speech, for orientation (never fitted)", real,
-                   distributions_of(find_actions(prepare_series(series, 60))), "recorded", "performed");
+                   distributions_of(find_actions(prepare_series(series, kGridHz))), "recorded", "performed");
 }
 
 }  // namespace
@@ -235,7 +296,7 @@ int main(int argc, char** argv) {
   risorius::bench::BenchReport report("performer");
   if (std::filesystem::exists(folder / "alex_rom_3.csv")) {
     risorius::compare_range_of_motion(folder / "alex_rom_3.csv", report);
-    risorius::compare_speech(folder);
+    risorius::compare_speech(folder, report);
   } else {
     fmt::print(stderr, "no recordings: set RISORIUS_DATA to the data folder\n");
   }

@@ -118,9 +118,13 @@ TEST(Dynamics, RefusesBrokenTablesByTheirField) {
     return "";
   };
   const std::string json = dynamics_to_json(shipped_dynamics());
-  EXPECT_NE(complaint(json, "\"version\": 1", "\"version\": 7").find("version 7"), std::string::npos);
+  EXPECT_NE(complaint(json, "\"version\": 2", "\"version\": 7").find("version 7"), std::string::npos);
   EXPECT_NE(complaint(json, "\"hold_s\"", "\"held_s\"").find("hold_s.median"), std::string::npos);
   EXPECT_NE(complaint(json, "\"onset_skew\": ", "\"onset_skew\": 9").find("onset_skew"), std::string::npos);
+  EXPECT_NE(complaint(json, "\"lag_s\"", "\"lags\"").find("timing.lag_s"), std::string::npos);
+  EXPECT_NE(complaint(json, "\"levels\": {", "\"levels\": {\"AU99\": [0.5],").find("levels.AU99"), std::string::npos);
+  EXPECT_NE(complaint(json, "\"correlation\": {", "\"correlations\": {").find("postures.correlation"),
+            std::string::npos);
   EXPECT_THROW(parse_dynamics("{}", "my.json"), UserError);
 }
 
