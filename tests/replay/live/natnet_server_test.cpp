@@ -5,6 +5,7 @@
 #include <boost/asio/ip/multicast.hpp>
 #include <boost/asio/ip/udp.hpp>
 #include <fmt/format.h>
+#include <functional>
 #include <gtest/gtest.h>
 #include <optional>
 
@@ -225,12 +226,18 @@ TEST(NatnetServer, NamesWhatCannotBe) {
 
 // Our client against our server.
 
+/// Each test has an address of its own: the protocol's data port is fixed, and tests may run at the same time.
+std::string own_address() {
+  const std::size_t hash = std::hash<std::string>()(testing::UnitTest::GetInstance()->current_test_info()->name());
+  return fmt::format("127.77.{}.{}", hash % 250 + 1, hash / 250 % 250 + 1);
+}
+
 struct Connected {
   Connected(const NatnetServerOptions& options, NatnetSourceOptions client) {
     server.emplace(io, options);
     client.host = options.address;
     client.command_port = port_of(*server);
-    client.local_address = "127.0.0.9";  // so that the protocol's fixed data port is nobody else's
+    client.local_address = own_address();
     client.session.first_wait_ns = 20'000'000;
     source.emplace(io, client, [this] { take(); });
   }
@@ -359,7 +366,7 @@ TEST(NatnetSource, RefusesDatagramsOfOthersThanItsServer) {
   // The data port is known to all: 1511 at our address.
   udp::socket intruder(both.io, {boost::asio::ip::make_address_v4("127.0.0.10"), 0});
   const Bytes forged = test::natnet_face_frame(true).datagram();
-  intruder.send_to(boost::asio::buffer(forged), {boost::asio::ip::make_address_v4("127.0.0.9"), 1511});
+  intruder.send_to(boost::asio::buffer(forged), {boost::asio::ip::make_address_v4(own_address()), 1511});
   ASSERT_TRUE(run_until(both.io, [&] { return both.source->counters().of(NatnetError::kUnknownSender) == 1; }));
   EXPECT_TRUE(both.frames.empty());
 }
@@ -375,7 +382,7 @@ TEST(NatnetSource, NamesWhatCannotBe) {
 TEST(NatnetSource, MayBeDestroyedWhileItWaits) {
   boost::asio::io_context io;
   {
-    NatnetSource source(io, {.command_port = 9, .local_address = "127.0.0.9"}, [] {});
+    NatnetSource source(io, {.command_port = 9, .local_address = own_address()}, [] {});
     source.start();
     io.poll();
   }
