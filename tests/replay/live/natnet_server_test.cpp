@@ -4,10 +4,12 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/multicast.hpp>
 #include <boost/asio/ip/udp.hpp>
+#include <cmath>
 #include <fmt/format.h>
 #include <functional>
 #include <gtest/gtest.h>
 #include <optional>
+#include <random>
 
 #include "capture/errors.h"
 #include "capture/monotonic_clock.h"
@@ -303,6 +305,37 @@ TEST(NatnetSource, ReceivesNamesAndEveryFrameInAllVersionsAtBothPorts) {
       EXPECT_LE(sample.tracker_ns, sample.received_ns);
     }
   }
+}
+
+TEST(NatnetSource, PositionsTravelRoundedToMetresInFloat) {
+  Connected both({.command_port = 0}, {});
+  both.server->start(face());
+  ASSERT_TRUE(both.connect());
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> position_mm(-2000, 2000);
+  std::vector<MarkerFrame> sent;
+  for (std::uint64_t sequence = 0; sequence < 300; ++sequence) {
+    MarkerFrame frame = face_frame(sequence);
+    for (std::size_t i = 0; i < 3; ++i) {
+      frame.state[i] = MarkerState::kMeasured;
+      frame.position_mm[i] = {position_mm(random), position_mm(random), position_mm(random)};
+    }
+    sent.push_back(frame);
+    both.server->send_frame(frame, 1);
+    both.io.restart();
+    both.io.poll();
+  }
+  ASSERT_TRUE(run_until(both.io, [&] { return both.frames.size() == sent.size(); }));
+  std::size_t differ = 0;
+  for (std::size_t f = 0; f < sent.size(); ++f) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const float before = sent[f].position_mm[i].x, after = both.frames[f].position_mm[i].x;
+      differ += before == after ? 0 : 1;
+      // Two roundings, to metres and back, of at most half a unit in the last place: 2^-24 each.
+      EXPECT_LE(std::abs(after - before), std::abs(before) * 0x1p-23f);
+    }
+  }
+  EXPECT_GT(differ, 0u);  // else the bound says nothing
 }
 
 TEST(NatnetSource, FollowsAVersionThatChangesWhileFramesCome) {
