@@ -42,7 +42,12 @@ NatnetServer::NatnetServer(boost::asio::io_context& io, const NatnetServerOption
   error_code error;
   socket_.open(udp::v4(), error);
   if (!error) socket_.bind(udp::endpoint(address, options.command_port), error);
-  if (error) throw UserError(place, "cannot listen: " + error.message(), "is another NatNet server running?");
+  if (error) {
+    const bool busy = error == boost::asio::error::address_in_use;
+    throw UserError(place, "cannot listen: " + error.message(),
+                    busy ? "another server has this port: stop it, or choose another with --listen ADDRESS:PORT"
+                         : "choose an address of this machine and a port above 1023");
+  }
   socket_.non_blocking(true);
   socket_.set_option(udp::socket::send_buffer_size(kSendBufferBytes), error);
   port_ = socket_.local_endpoint().port();

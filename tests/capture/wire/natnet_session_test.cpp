@@ -1,78 +1,28 @@
 #include "capture/wire/natnet_session.h"
 
-#include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <limits>
 #include <random>
 
 #include "capture/errors.h"
-#include "capture/wire/natnet_packets.h"
+#include "capture/wire/natnet_client_fixture.h"
 #include "support/allocation_counter.h"
 
 namespace risorius {
 namespace {
 
 using test::HandPacket;
+using test::kMs;
 using test::natnet_face_frame;
 using test::natnet_labelled;
 using test::natnet_server_info;
+using test::natnet_two_faces;
+using test::natnet_two_faces_model;
 using test::NatnetHandFrame;
 using test::NatnetHandModel;
+using Client = test::NatnetClientFixture;
 using Bytes = std::vector<std::byte>;
 using Kind = SourceEventKind;
-
-constexpr std::int64_t kMs = 1'000'000;
-
-// A session in virtual time, with its events and what it has sent.
-struct Client {
-  explicit Client(const NatnetOptions& options = {}) : session(options) {}
-  void tick() { session.tick(Tick{.time_ns = now_ns}); }
-  void advance(std::int64_t ms) {
-    for (std::int64_t i = 0; i < ms; ++i) {
-      now_ns += kMs;
-      if (now_ns >= session.next_tick_ns()) tick();
-    }
-  }
-  void push(const Bytes& datagram) {
-    EXPECT_TRUE(session.push(datagram, now_ns));
-    SourceEvent event;
-    while (session.pop(event)) events.push_back(event);
-    EXPECT_TRUE(session.counters().datagrams.balanced());
-    EXPECT_TRUE(session.counters().frames.balanced());
-  }
-  std::vector<Bytes> sent() {
-    std::vector<Bytes> datagrams;
-    Bytes datagram;
-    while (session.pop_datagram(datagram)) datagrams.push_back(datagram);
-    return datagrams;
-  }
-  bool has_sent(NatnetMessage message) {
-    bool found = false;
-    for (const Bytes& datagram : sent()) {
-      NatnetPacket packet;
-      found = found || (decode_natnet(datagram, packet) == NatnetError::kNone && packet.message() == message);
-    }
-    return found;
-  }
-  /// To the state in which frames are taken; the face has three markers unless the model says otherwise.
-  void connect(unsigned major = 4, unsigned minor = 1, const Bytes& model = {}) {
-    const bool sized = major > 4 || (major == 4 && minor >= 1);
-    tick();
-    push(natnet_server_info(major, minor));
-    push(test::natnet_message(3, HandPacket().f32({240})).bytes());
-    push(model.empty() ? NatnetHandModel{.sized = sized}.marker_set("face", {"brow", "nose", "chin"}).datagram()
-                       : model);
-  }
-  std::vector<Kind> kinds() const {
-    std::vector<Kind> all;
-    for (const auto& event : events) all.push_back(event.kind);
-    return all;
-  }
-  const MarkerFrame& last_frame() const { return events.back().frame; }
-
-  NatnetSession session;
-  std::int64_t now_ns = 1'000'000'000'000;
-  std::vector<SourceEvent> events;
-};
 
 TEST(NatnetSession, TriesTheFormsOfConnectInTurnAndBacksOff) {
   Client client;
@@ -140,125 +90,6 @@ TEST(NatnetSession, AServerThatDoesNotKnowItsRateIsAskedForItsModelAllTheSame) {
     ASSERT_EQ(client.kinds(), (std::vector{Kind::kNewSession, Kind::kMarkerSet}));
     EXPECT_EQ(client.events[1].set->rate_hz, 0);
   }
-}
-
-TEST(NatnetSession, TakesTheLegacyMarkerSetWhereNoMarkerIsLabelled) {
-  NatnetHandFrame hand = natnet_face_frame(true);
-  hand.labelled = natnet_labelled(0, 50000, 9, 9, 9, 0x12);
-  hand.labelled_count = 1;
-  Client client;
-  client.connect();
-  client.push(hand.datagram());
-  EXPECT_EQ(client.last_frame().position_mm[2], (Position{700, 800, 900}));
-  EXPECT_EQ(client.last_frame().state[1], MarkerState::kMissing);  // at (0, 0, 0): that is how it says so
-  Client labelled_only(NatnetOptions{.markers = "labelled"});
-  labelled_only.connect();
-  labelled_only.push(hand.datagram());
-  EXPECT_EQ(labelled_only.last_frame().state[0], MarkerState::kMissing);
-}
-
-TEST(NatnetSession, AnOccludedMarkerStaysMissingThoughItsMarkerSetHasAPosition) {
-  NatnetHandFrame hand = natnet_face_frame(true);
-  hand.marker_sets = HandPacket().text("face").i32(3).f32({0.1f, 0.2f, 0.3f, 0.4f, 0.5f, 0.6f, 0.7f, 0.8f, 0.9f});
-  Client client;
-  client.connect();
-  client.push(hand.datagram());
-  EXPECT_EQ(client.last_frame().state[1], MarkerState::kMissing);
-}
-
-// Two actors: model 5 is the second marker set. Only the positions say so.
-NatnetHandFrame two_faces(bool with_positions) {
-  NatnetHandFrame hand{.sized = true};
-  if (with_positions) {
-    hand.marker_sets.text("anna").i32(2).f32({1, 1, 1, 2, 2, 2}).text("ben").i32(2).f32({3, 3, 3, 4, 4, 4});
-    hand.marker_sets.text("all").i32(4).f32({1, 1, 1, 2, 2, 2, 3, 3, 3, 4, 4, 4});
-    hand.marker_set_count = 3;
-  }
-  hand.labelled.packet(natnet_labelled(5, 1, 3, 3, 3, 10)).packet(natnet_labelled(5, 2, 4, 4, 4, 10));
-  hand.labelled.packet(natnet_labelled(9, 1, 1, 1, 1, 10)).packet(natnet_labelled(9, 2, 2, 2, 2, 10));
-  hand.labelled_count = 4;
-  return hand;
-}
-
-Bytes two_faces_model() {
-  return NatnetHandModel{}
-      .marker_set("anna", {"brow", "chin"})
-      .marker_set("ben", {"brow", "chin"})
-      .marker_set("all", {"anna_brow", "anna_chin", "ben_brow", "ben_chin"})
-      .datagram();
-}
-
-TEST(NatnetSession, FindsTheModelOfAMarkerSetByEqualPositions) {
-  Client both, ben(NatnetOptions{.markers = "set:ben"});
-  both.connect(4, 1, two_faces_model());
-  ben.connect(4, 1, two_faces_model());
-  EXPECT_EQ(both.events[1].set->names, (std::vector<std::string>{"brow", "chin", "ben:brow", "ben:chin"}));
-  EXPECT_EQ(ben.events[1].set->names, (std::vector<std::string>{"brow", "chin"}));
-  for (const bool with_positions : {true, false}) {  // and knows it from then on
-    both.push(two_faces(with_positions).datagram());
-    ben.push(two_faces(with_positions).datagram());
-    for (std::size_t i = 0; i < 4; ++i)
-      EXPECT_EQ(both.last_frame().position_mm[i].x, 1000 * static_cast<float>(i + 1)) << i;
-    EXPECT_EQ(ben.last_frame().position_mm[0].x, 3000);
-    EXPECT_EQ(ben.last_frame().position_mm[1].x, 4000);
-  }
-}
-
-TEST(NatnetSession, MarkersOfNoModelAreNobodysThoughTheyLackTheirBit) {
-  NatnetHandFrame hand = natnet_face_frame(true);
-  hand.labelled = natnet_labelled(0, 2, 9, 9, 9, 0);
-  hand.labelled_count = 1;
-  Client client;
-  client.connect();
-  client.push(hand.datagram());
-  EXPECT_EQ(client.last_frame().position_mm[0], (Position{100, 200, 300}));  // from the marker set
-  EXPECT_EQ(client.last_frame().state[1], MarkerState::kMissing);
-  // Where there is nothing else, they are what they seem to be.
-  hand.marker_sets = HandPacket();
-  hand.marker_set_count = 0;
-  Client bare;
-  bare.connect();
-  bare.push(hand.datagram());
-  EXPECT_EQ(bare.last_frame().position_mm[1], (Position{9000, 9000, 9000}));
-}
-
-TEST(NatnetSession, MembersMayCountFrom0) {
-  NatnetHandFrame hand{.sized = true};
-  for (int m = 2; m >= 0; --m) hand.labelled.packet(natnet_labelled(1, m, 1, 1, static_cast<float>(m + 1), 10));
-  hand.labelled_count = 3;
-  Client client;
-  client.connect();
-  client.push(hand.datagram());
-  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(client.last_frame().position_mm[i].z, 1000 * static_cast<float>(i + 1));
-}
-
-TEST(NatnetSession, AssetsAreFoundByTheirIdAndMarkersByTheirs) {
-  HandPacket asset;
-  asset.text("trained").i32(1).i32(12).i32(0).i32(2);
-  asset.text("left").i32(7).f32({0, 0, 0, 0.01f}).i16(0).text("right").i32(3).f32({0, 0, 0, 0.01f}).i16(0);
-  Client client;
-  client.connect(4, 1, NatnetHandModel{}.add(6, asset).datagram());
-  NatnetHandFrame hand{.sized = true};
-  hand.labelled.packet(natnet_labelled(12, 3, 3, 3, 3, 10)).packet(natnet_labelled(12, 7, 7, 7, 7, 10));
-  hand.labelled.packet(natnet_labelled(4, 1, 8, 8, 8, 10));  // of a model that nobody described
-  hand.labelled_count = 3;
-  client.push(hand.datagram());
-  EXPECT_EQ(client.events[1].set->names, (std::vector<std::string>{"left", "right"}));
-  EXPECT_EQ(client.last_frame().position_mm[0].x, 7000);
-  EXPECT_EQ(client.last_frame().position_mm[1].x, 3000);
-}
-
-TEST(NatnetSession, ModelsWithoutWantedNamesAndWithTooManyAreRefusedAndCounted) {
-  Client none(NatnetOptions{.markers = "set:nobody"});
-  none.connect();
-  EXPECT_EQ(none.session.counters().of(NatnetError::kNoMarkers), 1u);
-  HandPacket set;
-  set.text("many").i32(257);
-  for (int i = 0; i < 257; ++i) set.text(fmt::format("m{}", i));
-  Client many;
-  many.connect(4, 1, NatnetHandModel{}.add(0, set).datagram());
-  EXPECT_EQ(many.session.counters().of(NatnetError::kTooManyMarkers), 1u);
-  EXPECT_TRUE(many.events.empty());
 }
 
 TEST(NatnetSession, AVersionThatChangesWhileFramesComeCostsNoFrame) {
@@ -507,7 +338,7 @@ TEST(NatnetSession, WaitsForItsConsumerAndAllocatesNothingPerFrame) {
 TEST(NatnetSession, MutatedDatagramsNeverBreakItAndAlwaysBalance) {
   std::mt19937 random(7);
   const std::vector<Bytes> messages{natnet_face_frame(true).datagram(), natnet_face_frame(false).datagram(),
-                                    two_faces(true).datagram(),         two_faces_model(),
+                                    natnet_two_faces(true).datagram(),  natnet_two_faces_model(),
                                     natnet_server_info(4, 1),           natnet_server_info(3, 0)};
   Client client;
   client.connect();

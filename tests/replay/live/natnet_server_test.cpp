@@ -1,53 +1,27 @@
-// The NatNet server as a stranger meets it (packets written by hand), and our client against it over real sockets.
+// The NatNet server as a stranger meets it: requests and expected answers are written by hand.
 #include "replay/live/natnet_server.h"
 
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/ip/multicast.hpp>
 #include <boost/asio/ip/udp.hpp>
-#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <optional>
 
 #include "capture/errors.h"
 #include "capture/monotonic_clock.h"
 #include "capture/wire/natnet_packets.h"
-#include "capture/wire/natnet_source.h"
-#include "support/loopback.h"
+#include "replay/live/natnet_face.h"
 
 namespace risorius {
 namespace {
 
 using boost::asio::ip::udp;
+using test::face;
+using test::face_frame;
 using test::HandPacket;
 using test::natnet_message;
 using test::NatnetHandModel;
-using test::run_until;
+using test::port_of;
 using Bytes = std::vector<std::byte>;
-
-MarkerSet face(std::size_t count = 3, double rate_hz = 120) {
-  MarkerSet set{.rate_hz = rate_hz};
-  for (std::size_t i = 0; i < count; ++i) set.names.push_back(fmt::format("m{}", i));
-  return set;
-}
-
-/// Positions are multiples of 1/16 m: they survive metres in float bit for bit. Every fifth marker is missing.
-MarkerFrame face_frame(std::uint64_t sequence, std::size_t count = 3) {
-  MarkerFrame frame;
-  frame.header.sequence = sequence;
-  frame.header.capture_time_ns = static_cast<std::int64_t>(sequence) * 1'000'000;
-  frame.count = static_cast<std::uint32_t>(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    if ((sequence + i) % 5 == 4) continue;
-    frame.state[i] = MarkerState::kMeasured;
-    frame.position_mm[i] = {62.5f * static_cast<float>(i + 1), -125, 62.5f * static_cast<float>(sequence % 16)};
-  }
-  return frame;
-}
-
-std::uint16_t port_of(const TrackerServer& server) {
-  const std::string endpoint = server.endpoint();
-  return static_cast<std::uint16_t>(std::stoi(endpoint.substr(endpoint.rfind(':') + 1)));
-}
 
 // A client that knows nothing of ours: a socket, and bytes.
 class Stranger {
@@ -221,166 +195,6 @@ TEST(NatnetServer, NamesWhatCannotBe) {
   for (const char* version : {"", "4", "2.9", "4.2", "4.x", "5.0", "3.0x"})
     EXPECT_THROW(parse_natnet_version(version), UserError) << version;
   EXPECT_EQ(parse_natnet_version("4.1.0.0"), (NatnetVersion{4, 1}));
-}
-
-// Our client against our server.
-
-struct Connected {
-  Connected(const NatnetServerOptions& options, NatnetSourceOptions client) {
-    server.emplace(io, options);
-    client.host = options.address;
-    client.command_port = port_of(*server);
-    client.local_address = "127.0.0.9";  // so that the protocol's fixed data port is nobody else's
-    client.session.first_wait_ns = 20'000'000;
-    source.emplace(io, client, [this] { take(); });
-  }
-  void take() {
-    for (SourceEvent event; source->pop(event);) {
-      if (event.kind == SourceEventKind::kFrame) frames.push_back(event.frame);
-      if (event.kind == SourceEventKind::kMarkerSet) sets.push_back(event.set);
-      if (event.kind == SourceEventKind::kEndOfStream) ++ends;
-    }
-  }
-  bool connect() {
-    source->start();
-    return run_until(io, [&] { return server->streaming_clients() > 0 && !sets.empty(); });
-  }
-  /// Frames [first, last), each while the client reads.
-  bool play(std::uint64_t first, std::uint64_t last, std::size_t markers = 3) {
-    const std::size_t expected = frames.size() + (last - first);
-    for (std::uint64_t sequence = first; sequence < last; ++sequence) {
-      server->send_frame(face_frame(sequence, markers), 1'000'000 * static_cast<std::int64_t>(sequence + 1));
-      io.restart();
-      io.poll();
-    }
-    return run_until(io, [&] { return frames.size() >= expected; });
-  }
-  void expect_frames(std::size_t markers = 3) {
-    for (const MarkerFrame& frame : frames) {
-      const MarkerFrame sent = face_frame(frame.header.sequence, markers);
-      ASSERT_EQ(frame.count, sent.count);
-      EXPECT_EQ(frame.state, sent.state);
-      EXPECT_EQ(frame.position_mm, sent.position_mm);
-    }
-    EXPECT_TRUE(source->counters().datagrams.balanced());
-    EXPECT_TRUE(source->counters().frames.balanced());
-    EXPECT_EQ(source->counters().datagrams.refused.value(), 0u);
-  }
-
-  boost::asio::io_context io;
-  std::optional<NatnetServer> server;
-  std::optional<NatnetSource> source;
-  std::vector<MarkerFrame> frames;
-  std::vector<const MarkerSet*> sets;
-  int ends = 0;
-};
-
-TEST(NatnetSource, ReceivesNamesAndEveryFrameInAllVersionsAtBothPorts) {
-  for (const NatnetVersion version : {NatnetVersion{3, 0}, {3, 1}, {4, 0}, {4, 1}}) {
-    for (const bool to_data_port : {false, true}) {
-      NatnetServerOptions options{.command_port = 0, .to_data_port = to_data_port, .version = version};
-      Connected both(options, {});
-      both.server->start(face(165));  // frames of 6.4 kB: they travel in fragments
-      ASSERT_TRUE(both.connect());
-      EXPECT_EQ(both.sets.at(0)->names, face(165).names);
-      EXPECT_EQ(both.sets.at(0)->rate_hz, 120);
-      ASSERT_TRUE(both.play(0, 300, 165));
-      both.expect_frames(165);
-      ASSERT_EQ(both.frames.size(), 300u);
-      EXPECT_EQ(both.frames[42].header.capture_time_ns, 43'000'000);
-      EXPECT_EQ(both.source->counters().link, LinkState::kStreaming);
-      EXPECT_GT(both.source->counters().granted_buffer_bytes.value(), 0u);
-      ClockSample sample;
-      ASSERT_TRUE(run_until(both.io, [&] { return both.source->pop_clock_sample(sample); }));
-      EXPECT_LE(sample.sent_ns, sample.tracker_ns);  // one machine, one clock
-      EXPECT_LE(sample.tracker_ns, sample.received_ns);
-    }
-  }
-}
-
-TEST(NatnetSource, FollowsAVersionThatChangesWhileFramesCome) {
-  Connected both({.command_port = 0, .version = {3, 0}}, {});
-  both.server->start(face());
-  ASSERT_TRUE(both.connect());
-  ASSERT_TRUE(both.play(0, 50));
-  both.server->change_version({4, 1});
-  ASSERT_TRUE(both.play(50, 100));
-  both.server->change_version({4, 0});
-  ASSERT_TRUE(both.play(100, 150));
-  both.expect_frames();
-  EXPECT_EQ(both.frames.size(), 150u);
-  EXPECT_EQ(both.source->counters().sessions.value(), 1u);
-}
-
-TEST(NatnetSource, FindsAServerAgainThatStartsAnew) {
-  Connected both({.command_port = 0}, {});
-  const std::uint16_t port = port_of(*both.server);
-  both.server->start(face());
-  ASSERT_TRUE(both.connect());
-  ASSERT_TRUE(both.play(0, 20));
-  both.server.reset();
-  ASSERT_TRUE(run_until(both.io, [&] { return both.ends == 1; }));
-  EXPECT_EQ(both.source->counters().link, LinkState::kLost);
-  both.server.emplace(both.io, NatnetServerOptions{.command_port = port, .version = {3, 0}});
-  both.server->start(face());
-  ASSERT_TRUE(run_until(both.io, [&] { return both.server->streaming_clients() > 0; }));
-  ASSERT_TRUE(both.play(0, 20));
-  EXPECT_EQ(both.frames.size(), 40u);
-  EXPECT_EQ(both.source->counters().reconnects.value(), 1u);
-  EXPECT_EQ(both.source->counters().sessions.value(), 2u);
-  both.expect_frames();
-}
-
-TEST(NatnetSource, JoinsTheGroupThatTheServerNames) {
-  {
-    // A kernel without multicast on its loopback interface cannot run this test.
-    boost::asio::io_context io;
-    udp::socket probe(io, udp::v4());
-    boost::system::error_code error;
-    probe.set_option(boost::asio::ip::multicast::join_group(boost::asio::ip::make_address_v4("239.255.42.98"),
-                                                            boost::asio::ip::address_v4::loopback()),
-                     error);
-    if (error) GTEST_SKIP() << "no multicast on loopback: " << error.message();
-  }
-  boost::asio::io_context ports;
-  const std::uint16_t data_port =
-      udp::socket(ports, {boost::asio::ip::address_v4::loopback(), 0}).local_endpoint().port();
-  Connected both({.command_port = 0, .multicast_group = "239.255.42.98", .data_port = data_port}, {});
-  both.server->start(face());
-  ASSERT_TRUE(both.connect());
-  ASSERT_TRUE(both.play(0, 50));
-  both.expect_frames();
-}
-
-TEST(NatnetSource, RefusesDatagramsOfOthersThanItsServer) {
-  Connected both({.address = "127.0.0.1", .command_port = 0}, {});
-  both.server->start(face());
-  ASSERT_TRUE(both.connect());
-  // The data port is known to all: 1511 at our address.
-  udp::socket intruder(both.io, {boost::asio::ip::make_address_v4("127.0.0.10"), 0});
-  const Bytes forged = test::natnet_face_frame(true).datagram();
-  intruder.send_to(boost::asio::buffer(forged), {boost::asio::ip::make_address_v4("127.0.0.9"), 1511});
-  ASSERT_TRUE(run_until(both.io, [&] { return both.source->counters().of(NatnetError::kUnknownSender) == 1; }));
-  EXPECT_TRUE(both.frames.empty());
-}
-
-TEST(NatnetSource, NamesWhatCannotBe) {
-  boost::asio::io_context io;
-  EXPECT_THROW(NatnetSource(io, {.host = "no.such.host.invalid"}, [] {}), UserError);
-  EXPECT_THROW(NatnetSource(io, {.local_address = "203.0.113.1"}, [] {}), UserError);
-  EXPECT_THROW(NatnetSource(io, {.multicast_group = "127.0.0.1"}, [] {}), UserError);
-  EXPECT_THROW(NatnetSource(io, {.receive_buffer_bytes = 0}, [] {}), UserError);
-}
-
-TEST(NatnetSource, MayBeDestroyedWhileItWaits) {
-  boost::asio::io_context io;
-  {
-    NatnetSource source(io, {.command_port = 9, .local_address = "127.0.0.9"}, [] {});
-    source.start();
-    io.poll();
-  }
-  io.restart();
-  io.run_for(std::chrono::milliseconds(10));
 }
 
 }  // namespace
