@@ -30,15 +30,6 @@ QtmRefusal refusal_of(QtmError error) noexcept {
   }
 }
 
-/// Right-handed, for a subject who looks along the first horizontal axis; QTM says only where up is.
-Axes axes_of(std::string_view upwards) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 6> kAxes{
-      {{"+X", "UFL"}, {"-X", "DFR"}, {"+Y", "LUF"}, {"-Y", "RDF"}, {"+Z", "FLU"}, {"-Z", "FRD"}}};
-  for (const auto& [up, letters] : kAxes)
-    if (up == upwards) return *Axes::parse(letters);
-  return *Axes::parse("FLU");
-}
-
 /// QTM rounds its time stamps to microseconds. Where one is a multiple of the frame period to that precision, the
 /// multiple is the time: the same as that of the frame in a file.
 std::int64_t capture_time_of(std::uint64_t timestamp_us, double frequency_hz) noexcept {
@@ -190,7 +181,7 @@ void QtmSession::update_set() {
   finish_pending();
   describe({.names = *settings.labels,
             .rate_hz = settings.frequency_hz.value_or(0),
-            .axes = axes_of(settings.axis_upwards)});
+            .axes = qtm_axes(settings.axis_upwards)});
 }
 
 std::optional<QtmRefusal> QtmSession::refusal_of(const QtmData& data) const noexcept {

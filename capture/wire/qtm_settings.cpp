@@ -111,4 +111,12 @@ std::string print_qtm_settings(const QtmSettings& settings, std::string_view ver
   return text.str();
 }
 
+Axes qtm_axes(std::string_view upwards) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 6> kAxes{
+      {{"+X", "UFL"}, {"-X", "DFR"}, {"+Y", "LUF"}, {"-Y", "RDF"}, {"+Z", "FLU"}, {"-Z", "FRD"}}};
+  for (const auto& [up, letters] : kAxes)
+    if (up == upwards) return *Axes::parse(letters);
+  return *Axes::parse("FLU");
+}
+
 }  // namespace risorius

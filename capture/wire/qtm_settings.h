@@ -6,6 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "capture/marker_set.h"
+
 namespace risorius {
 
 struct QtmSettings {
@@ -20,5 +22,9 @@ std::optional<QtmSettings> parse_qtm_settings(std::string_view xml);
 
 /// The document as QTM writes it for GetParameters with the sections asked for. `version` as in "1.13".
 std::string print_qtm_settings(const QtmSettings& settings, std::string_view version);
+
+/// QTM says only which axis is up ("+Z" and so on; anything else is taken for that). Right-handed, for a subject who
+/// looks along the first horizontal axis; which way he really looks is head pose.
+Axes qtm_axes(std::string_view upwards);
 
 }  // namespace risorius

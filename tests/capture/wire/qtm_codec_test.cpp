@@ -28,10 +28,16 @@ const char* const kFrame =
     "FFFFFFFF FFFFFFFF FFFFFFFF";  // not seen
 const char* const kHead = "A0860100 00000000 2A000000";
 
-QtmData decoded(const Bytes& body) {
-  QtmData data;
-  EXPECT_EQ(decode_qtm_data(body, data), QtmError::kNone);
-  return data;
+/// Views, and the bytes that they look at.
+struct Decoded : QtmData {
+  Bytes bytes;
+};
+
+Decoded decoded(Bytes body) {
+  Decoded decoded;
+  decoded.bytes = std::move(body);
+  EXPECT_EQ(decode_qtm_data(decoded.bytes, decoded), QtmError::kNone);
+  return decoded;
 }
 
 QtmError error_of(const Bytes& body) {
@@ -61,7 +67,7 @@ TEST(QtmCodec, ReadsFrameWrittenByHand) {
 
 TEST(QtmCodec, TakesAnyNumberThatIsNoneForNotSeen) {
   // One coordinate is another NaN, one infinite.
-  const QtmData data = decoded(hex(kHead) + hex("01000000 28000000 01000000 02000000 0000 0000"
+  const Decoded data = decoded(hex(kHead) + hex("01000000 28000000 01000000 02000000 0000 0000"
                                                 "0000803F 0100807F 00004040 0000803F 00000040 0000807F"));
   EXPECT_FALSE(data.labelled->position(0));
   EXPECT_FALSE(data.labelled->position(1));
@@ -82,7 +88,7 @@ TEST(QtmCodec, ReadsAllFourKindsOfMarkers) {
 }
 
 TEST(QtmCodec, SkipsOtherComponentsSurplusBytesAndEmptyBodies) {
-  const QtmData data = decoded(hex(kHead) + hex("04000000"
+  const Decoded data = decoded(hex(kHead) + hex("04000000"
                                                 "0C000000 12000000 DEADBEEF"            // a skeleton
                                                 "08000000 02000000"                     // 3DNoLabels without a body
                                                 "08000000 11000000"                     // timecode without a body

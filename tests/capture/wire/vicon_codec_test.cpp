@@ -194,7 +194,8 @@ TEST(ViconCodec, SumsLatencies) {
 }
 
 TEST(ViconCodec, ReadsContents) {
-  const auto contents = decode_vicon_contents(hex("01000000 05000000 01000000 02000000 06000000 07000000"));
+  const Bytes body = hex("01000000 05000000 01000000 02000000 06000000 07000000");
+  const auto contents = decode_vicon_contents(body);
   ASSERT_TRUE(contents);
   EXPECT_TRUE(contents->unchanged.contains(6));
   EXPECT_TRUE(contents->unchanged.contains(7));

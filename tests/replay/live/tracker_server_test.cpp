@@ -212,6 +212,22 @@ TEST(QtmServer, StreamsEachClientAtItsRate) {
   EXPECT_EQ(frames_of(fast).size(), 100u);
 }
 
+TEST(QtmServer, TellsItsClientsThatLabelsHaveChanged) {
+  QtmServing serving;
+  QtmClient client(serving.io, serving.port());
+  client.packet();
+  client.say("StreamFrames AllFrames 3D");
+  run(serving.io);
+  serving.server.change_set(test::sample_set(4, 100));
+  EXPECT_EQ(client.packet(), (std::pair<std::uint32_t, Bytes>{6, hex("0B")}));
+  client.say("GetParameters 3D");
+  EXPECT_EQ(parse_qtm_settings(qtm_text(client.packet().second))->labels->size(), 4u);
+  serving.server.send_frame(test::sample_frame(1, 4, 100), 0);
+  QtmData data;
+  ASSERT_EQ(decode_qtm_data(client.packet().second, data), QtmError::kNone);
+  EXPECT_EQ(data.labelled->count, 4u);
+}
+
 TEST(QtmServer, SendsFramesByUdp) {
   QtmServing serving;
   const int udp = ::socket(AF_INET, SOCK_DGRAM, 0);
