@@ -6,6 +6,9 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include "capture/errors.h"
+#include "capture/utf8.h"
+
 namespace risorius {
 namespace {
 
@@ -81,7 +84,10 @@ std::vector<std::string> problems_of(const MarkerSet& set) {
   for (const auto& name : set.names) {
     if (name.empty()) problems.push_back("a marker has an empty name");
     if (name.size() > kMaxNameBytes) {
-      problems.push_back(fmt::format("marker name \"{}\" is longer than {} bytes", name, kMaxNameBytes));
+      problems.push_back(fmt::format("marker name \"{}\" is longer than {} bytes", shown(name), kMaxNameBytes));
+    }
+    if (!is_clean_utf8(name)) {
+      problems.push_back(fmt::format("marker name \"{}\" is not UTF-8, or holds control characters", utf8_of(name)));
     }
     if (!name.empty() && !seen.insert(name).second)
       problems.push_back(fmt::format("marker name \"{}\" stands twice", name));

@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kGigabyte = 1 << 30;
 constexpr std::size_t kMostSources = 64;
+constexpr std::size_t kLongestSourceName = 100;
 
 // Each key once: name, range, meaning. V is TomlReader or TomlPrinter.
 
@@ -86,11 +87,12 @@ void check_natnet(const SourceConfig& source, const std::string& place, ConfigPr
 
 void check_source(const SourceConfig& source, const std::string& place, ConfigProblems& problems) {
   const bool name_is_plain =
-      !source.name.empty() &&
+      !source.name.empty() && source.name.size() <= kLongestSourceName &&
       source.name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_") ==
           std::string::npos;
   if (!name_is_plain)
-    problems.add(place + ".name", "\"" + source.name + "\" cannot name a folder", "use letters, digits, - and _");
+    problems.add(place + ".name", "\"" + shown(source.name) + "\" cannot name a folder",
+                 fmt::format("use letters, digits, - and _, at most {} of them", kLongestSourceName));
   try {
     parse_source_address(source.listen);
   } catch (const UserError& error) {
@@ -177,6 +179,11 @@ Config config_of(const toml::table& table, const std::string& place) {
   if (config.record.follow != "always" && config.record.follow != "tracker") {
     problems.add("record.follow", "\"" + config.record.follow + "\" is neither \"always\" nor \"tracker\"",
                  "give one of them");
+  }
+  const bool any_port = config.output.publish.ends_with(":*") || config.output.publish.ends_with(":0");
+  if (!any_port && config.output.publish == config.output.control) {
+    problems.add("output.control", "is the address of publish, too: " + config.output.control,
+                 "give each an address of its own");
   }
   root.table("queues", [&](auto& v) { visit_queues(v, config.queues); });
   StageConfig defaults;

@@ -38,7 +38,8 @@ constexpr auto kStreamCounters = std::to_array<CounterRow>({
     {"datagrams.foreign", kCount, "datagrams", "from another host than the tracker; not looked at",
      "something else sends to our port"},
     {"datagrams.errors", kReasons, "datagrams", "refused, by reason",
-     "bad_magic, bad_checksum: something else sends to this port; unknown_set: frames before their marker set"},
+     "bad_magic, bad_checksum: something else sends to this port; unknown_set: frames before their marker set; "
+     "other_session: two senders share this port"},
     {"frames.assembled", kLedger, "frames", "put together from datagrams", ""},
     {"frames.incomplete", kLoss, "frames", "given up because a part of them was lost", "the network loses datagrams"},
     {"frames.lost", kLoss, "frames", "that never came, by their sequence numbers", "the network, or the sender"},
@@ -65,7 +66,8 @@ constexpr auto kStreamCounters = std::to_array<CounterRow>({
     {"processed", kCount, "frames", "handed on to publisher and recorder", ""},
     {"solved", kCount, "frames", "of the processed, those that have AUs", "behind `processed`: see `solver`"},
     {"solver", kReasons, "frames", "processed, by the solver's status",
-     "not_solved: see `rig_problem`; too_few_markers: occlusions; poor_fit: wrong rig, units or axes; mirrored: one "
+     "not_solved: see `rig_problem`; too_few_markers: occlusions, or stabilisers that disagree (labels swapped?); "
+     "poor_fit: wrong rig, units or axes; mirrored: one "
      "letter "
      "of the axes points the wrong way"},
     {"rig", kText, "", "the rig in use", ""},

@@ -44,6 +44,7 @@ void Recorder::run() noexcept {
     results_.wait();
   }
   for (auto& state : states_) finish_take(state);
+  if (!problem().empty()) return;  // a dataset with a manifest is complete; this one is not
   try {
     finish_dataset_folder(options_.folder, options_.card_markdown);
   } catch (const std::exception& error) {
@@ -90,8 +91,8 @@ void Recorder::record(StreamState& state, std::uint32_t stream_id, const SolvedF
   }
   try {
     if (state.take && !state.take->continues_with(frame.markers)) finish_take(state);
+    ++state.frames;  // first: a take that cannot be begun has lost this frame
     if (!state.take) begin_take(state, options_.streams[stream_id]);
-    ++state.frames;
     state.take->write(frame);
   } catch (const std::exception& error) {
     give_up_take(state, error.what());

@@ -152,6 +152,16 @@ nlohmann::json Service::answer(const nlohmann::json& request) {
 }
 
 nlohmann::json Service::capture_neutral(const nlohmann::json& request) {
+  for (const auto& [key, value] : request.items()) {
+    const bool fits =
+        key == "command" || (key == "stream" && value.is_string()) || (key == "seconds" && value.is_number());
+    if (!fits) {
+      throw UserError(
+          shown(key),
+          shown(value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)) + " is not known here",
+          "give stream (text) and seconds (a number)");
+    }
+  }
   const auto name = request.value("stream", std::string());
   const double seconds = request.value("seconds", 1.0);
   if (!(seconds > 0 && seconds <= kLongestNeutralSeconds)) {

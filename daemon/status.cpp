@@ -169,14 +169,18 @@ std::string summary_of(const nlohmann::json& status) {
     for (const auto& [reason, count] : s.at("despike").at("rejected").items()) rejected += count.get<std::uint64_t>();
     text += fmt::format("  repaired   {} markers rejected, {} filled, {} left missing\n", rejected,
                         s.at("fill").at("filled_markers").dump(), s.at("fill").at("left_missing_markers").dump());
-    if (const auto mirrored = s.at("solver").at("mirrored").get<std::uint64_t>(); mirrored > 0)
-      text += fmt::format("  mirrored   {} frames: one letter of the source's axes points the wrong way\n", mirrored);
     text += fmt::format("  processed  {}  of these solved {}  continuations {}\n", s.at("processed").dump(),
                         s.at("solved").dump(), s.at("continuations").dump());
     const auto& latency = s.at("latency_us").at("received_to_published");
     text += fmt::format("  latency    received to published: median {:.3f} ms, 99 % {:.3f} ms, longest {:.3f} ms\n",
                         latency.at("p50").get<double>() * 1e-3, latency.at("p99").get<double>() * 1e-3,
                         latency.at("max").get<double>() * 1e-3);
+    std::string unsolved;
+    for (const auto& [status_word, count] : s.at("solver").items()) {
+      if (status_word != "converged" && count.get<std::uint64_t>() > 0)
+        unsolved += fmt::format("{}{} {}", unsolved.empty() ? "" : ", ", count.dump(), status_word);
+    }
+    if (!unsolved.empty()) text += fmt::format("  unsolved   {} (risoriusd --print-counters: solver)\n", unsolved);
     text += fmt::format("  gone       {}\n", losses_of(s, stream_counters()));
     text += fmt::format("  cycles     longest {:.3f} ms, {} over the time between two frames; silent {} times\n",
                         s.at("cycles").at("longest_us").get<double>() * 1e-3, s.at("cycles").at("over_budget").dump(),

@@ -92,7 +92,7 @@ AuSolver::AuSolver(Rig rig, const AuSolverOptions& options)
   pose_weight_.resize(markers);
   scratch_.resize(markers);
   const auto m_count = static_cast<Eigen::Index>(markers), k_count = static_cast<Eigen::Index>(aus);
-  for (Eigen::VectorXd* v : {&weight_, &gram_weight_}) *v = Eigen::VectorXd::Zero(m_count);
+  for (Eigen::VectorXd* v : {&weight_, &measured_weight_, &gram_weight_}) *v = Eigen::VectorXd::Zero(m_count);
   for (Eigen::VectorXd* v : {&y_mm_, &weighted_y_mm_, &fitted_mm_}) *v = Eigen::VectorXd::Zero(3 * m_count);
   for (Eigen::VectorXd* v :
        {&x_, &share_, &b_fit_, &fixed_, &upper_, &solution_, &variance_, &temporal_, &previous_x_}) {
@@ -180,7 +180,7 @@ void AuSolver::solve(const MarkerFrame& frame, AuFrame& out) noexcept {
 bool AuSolver::find_pose(std::int64_t capture_time_ns) noexcept {
   const std::int64_t step_ns = difference_ns(capture_time_ns, last_time_ns_);
   weight_ = markers_.weight();
-  if (!stabilisers_visible()) return false;
+  if (!stabilisers_visible() || !anything_measured()) return false;
   double cost = std::numeric_limits<double>::infinity();
   if (!fresh_ && step_ns > 0 && step_ns < kRecentNs && refine_pose()) {
     fit(QpEffort::kPrediction);
@@ -226,6 +226,13 @@ bool AuSolver::stabilisers_visible() const noexcept {
   return visible >= 3;
 }
 
+/// Three markers, the least that hold a head: with fewer, all else is what the filler believes.
+bool AuSolver::anything_measured() const noexcept {
+  int measured = 0;
+  for (std::size_t m = 0; m < residual_mm_.size(); ++m) measured += markers_.is_measured(m) ? 1 : 0;
+  return measured >= 3;
+}
+
 /// The other half of a joint fit: all markers, as the fit just weighed them, against the fitted face. Pose and AUs in
 /// turn lower one and the same sum of squares.
 bool AuSolver::refine_pose() noexcept {
@@ -241,7 +248,11 @@ bool AuSolver::refine_pose() noexcept {
 }
 
 void AuSolver::decide_observed() noexcept {
-  basis_.visible_share(markers_.weight(), share_);
+  for (std::size_t m = 0; m < residual_mm_.size(); ++m) {
+    const auto column = static_cast<Eigen::Index>(m);
+    measured_weight_[column] = markers_.is_measured(m) ? markers_.weight()[column] : 0;
+  }
+  basis_.visible_share(measured_weight_, share_);
   for (std::size_t i = 0; i < observed_.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
     observed_[i] = share_[k] >= options_.min_visible_share;

@@ -1,10 +1,11 @@
 // The stage that turns markers into action units: head pose, then intensities 0 <= x <= upper bound that minimise
 //     1/2 sum_m w_m || sum_i x_i e_im - y_m ||^2 + penalties,   y_m = head_from_world p_m - E0_m      (solve/README.md)
 // with robust weights. Missing and rejected markers have weight 0, filled ones the weight of their stated error.
-// An AU too little of which is visible is not fitted: it keeps its last observed value (kHeld) or 0 (kNotObserved),
-// which enters the fit of the others as a constant. A frame that leaves the pose undetermined holds pose and AUs.
-// Input: MarkerFrames of the marker set given; output: one AuFrame each. One thread; use_marker_set and set_neutral
-// between frames only. A flush ends the take: the next frame is solved as if it were the first.
+// An AU too little of which is measured (filled markers hold the face together, but see nothing) is not fitted: it
+// keeps its last observed value (kHeld) or 0 (kNotObserved), which enters the fit of the others as a constant. A frame
+// that leaves the pose undetermined holds pose and AUs. Input: MarkerFrames of the marker set given; output: one
+// AuFrame each. One thread; use_marker_set and set_neutral between frames only. A flush ends the take: the next frame
+// is solved as if it were the first.
 #pragma once
 
 #include <Eigen/Core>
@@ -59,6 +60,7 @@ class AuSolver {
   HeadPoseResult stabiliser_pose() noexcept;
   double truncated_mean_square_mm2() const noexcept;
   bool stabilisers_visible() const noexcept;
+  bool anything_measured() const noexcept;
   bool refine_pose() noexcept;
   void decide_observed() noexcept;
   void prepare_penalties(std::int64_t capture_time_ns) noexcept;
@@ -93,7 +95,7 @@ class AuSolver {
   std::vector<char> seen_;  // K: observed since the take began
 
   // Of the frame at work, allocated once. M markers, K AUs.
-  Eigen::VectorXd weight_;                            // M
+  Eigen::VectorXd weight_, measured_weight_;          // M
   Eigen::VectorXd gram_weight_;                       // M: the weights that h_ belongs to
   bool hessian_holds_ = false;                        // no penalty in h_ has changed since it was made
   Eigen::VectorXd y_mm_, weighted_y_mm_, fitted_mm_;  // 3M

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "capture/check.h"
+#include "capture/utf8.h"
 #include "capture/wire/byte_io.h"
 #include "capture/wire/crc32c.h"
 
@@ -68,34 +69,8 @@ bool read_range(ByteReader& body, Part& part) noexcept {
          part.first + part.part_count <= part.count;
 }
 
-/// The length of the UTF-8 character at the front of `text` (RFC 3629), 0 if it is malformed or a control character.
-std::size_t character_bytes(std::string_view text) noexcept {
-  const auto at = [text](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-  const unsigned char lead = at(0);
-  if (lead < 0x80) return lead < 0x20 || lead == 0x7F ? 0 : 1;
-  const std::size_t size = lead >= 0xC2 && lead < 0xE0   ? 2
-                           : (lead & 0xF0) == 0xE0       ? 3
-                           : lead >= 0xF0 && lead < 0xF5 ? 4
-                                                         : 0;
-  if (size == 0 || size > text.size()) return 0;
-  for (std::size_t i = 1; i < size; ++i) {
-    if ((at(i) & 0xC0) != 0x80) return 0;
-  }
-  // Overlong forms, surrogates and what lies beyond U+10FFFF.
-  const bool wrong = (lead == 0xE0 && at(1) < 0xA0) || (lead == 0xED && at(1) >= 0xA0) ||
-                     (lead == 0xF0 && at(1) < 0x90) || (lead == 0xF4 && at(1) >= 0x90);
-  return wrong ? 0 : size;
-}
-
-/// Names go into JSON, CSV and web pages: whatever is not clean UTF-8 stays outside.
 bool is_name(std::string_view name) noexcept {
-  if (name.empty() || name.size() > kMaxNameBytes) return false;
-  while (!name.empty()) {
-    const std::size_t size = character_bytes(name);
-    if (size == 0) return false;
-    name.remove_prefix(size);
-  }
-  return true;
+  return !name.empty() && name.size() <= kMaxNameBytes && is_clean_utf8(name);
 }
 
 DecodeError decode_set(const MessageHeader& header, ByteReader body, NativeMessage& message) noexcept {

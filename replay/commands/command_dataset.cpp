@@ -8,6 +8,7 @@
 #include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 #include <thread>
 #include <unistd.h>
@@ -183,7 +184,7 @@ const char* remedy_of(SolverStatus status) {
     case SolverStatus::kPoorFit:
       return "is this the take's rig; are --units and --axes right?";
     case SolverStatus::kTooFewMarkers:
-      return "fewer than 3 stabilisers were seen";
+      return "fewer than 3 markers or stabilisers were seen, or the stabilisers disagree: are two labels swapped?";
     default:
       return "see column solver of quality.csv";
   }
@@ -219,6 +220,9 @@ void judge_solved_frames(const std::vector<TakeJob>& jobs) {
 
 /// A dataset that was given up before any of it was whole leaves no folder.
 struct RemoveIfEmpty {
+  explicit RemoveIfEmpty(std::filesystem::path path) : folder(std::move(path)) {}
+  RemoveIfEmpty(const RemoveIfEmpty&) = delete;
+  RemoveIfEmpty& operator=(const RemoveIfEmpty&) = delete;
   std::filesystem::path folder;
   ~RemoveIfEmpty() { ::rmdir(folder.c_str()); }
 };
@@ -228,10 +232,11 @@ void make_dataset(const DatasetArguments& arguments) {
   refuse_what_cannot_be_solved(arguments, rig);
   const StageConfig stages =
       arguments.config.empty() ? StageConfig{} : load_stage_config(arguments.config, arguments.source);
+  std::optional<RemoveIfEmpty> given_up;  // before the jobs: they take their folders along first
   std::vector<TakeJob> jobs = name_jobs(arguments);
   begin_dataset_folder(arguments.output);
   const UnfinishedPath unfinished(arguments.output);
-  const RemoveIfEmpty given_up{arguments.output};
+  given_up.emplace(arguments.output);
   process_in_parallel(jobs, arguments, rig, stages);
   finish_dataset_folder(
       arguments.output,

@@ -36,7 +36,12 @@ struct RecordedAus {
 /// An AU series, or Live Link Face's shapes through the table.
 RecordedAus load_aus(const PerformArguments& arguments, const Rig& rig) {
   const std::optional<double> given = arguments.au_rate_hz > 0 ? std::optional(arguments.au_rate_hz) : std::nullopt;
-  if (!is_live_link_csv(arguments.au)) return {load_au_csv(arguments.au), given.value_or(arguments.options.rate_hz)};
+  if (!is_live_link_csv(arguments.au)) {
+    if (!given)
+      fmt::print(stderr, "{}: no rate in the file: {:g} Hz assumed (--au-rate)\n", arguments.au,
+                 arguments.options.rate_hz);
+    return {load_au_csv(arguments.au), given.value_or(arguments.options.rate_hz)};
+  }
   const LiveLinkTake take = load_live_link_csv(arguments.au, given);
   for (const auto& warning : take.warnings) fmt::print(stderr, "{}: warning: {}\n", arguments.au, warning);
   const std::vector<std::string> names = rig.au_names();

@@ -55,6 +55,10 @@ std::vector<CalibrationRecording> read_recordings(const CalibrateArguments& argu
           "--au " + text, fmt::format("'{}' is no AU", au),
           fmt::format("give AU + number + L, R or nothing, or one of {}", fmt::join(fitted.au_names(), " ")));
     }
+    if (std::ranges::find(fitted.aus, au, &RigAu::name) == fitted.aus.end()) {
+      fmt::print(stderr, "--au {}: warning: the face has no {}, so neither side nor place of what moves is checked\n",
+                 text, au);
+    }
     const auto take = open_take_or_builtin(range.path.string(), arguments.fit.take.options());
     print_warnings(*take);
     recordings.push_back(calibration_recording_of(*take, range, fitted, au));

@@ -42,7 +42,7 @@ void LiveView::update(const std::string& topic, const nlohmann::json& message) {
     stream.status = message.at("status").get<std::string>();
     stream.au.clear();
     for (const auto& [name, value] : message.at("au").items())
-      stream.au[name] = value.is_number() ? value.get<double>() : 0;
+      if (value.is_number()) stream.au[name] = value.get<double>();
   } else if (topic == "markers") {
     const auto states = message.at("states").get<std::string>();
     stream.samples += states.size();
@@ -67,7 +67,12 @@ std::vector<std::string> LiveView::lines(std::int64_t now_ns) {
     lines.push_back(fmt::format("{:<12} {:7.1f} Hz | latency {:6.2f} ms | lost {} dropped {} | filled {:.2f} % | {}",
                                 name, stream.rate_hz, static_cast<double>(stream.latest_latency_ns) * 1e-6, lost,
                                 dropped, filled, stream.status));
-    lines.push_back("  " + strongest_aus(stream.au));
+    const auto pointer = nlohmann::json::json_pointer(base);
+    const auto problem = status_.contains(pointer) ? status_.at(pointer).value("rig_problem", "") : std::string();
+    const auto state = status_.contains(pointer) ? status_.at(pointer).value("state", "") : std::string();
+    if (state == "stale") lines.back() += " | stale: nothing comes";
+    lines.push_back(
+        "  " + (stream.au.empty() ? "no AUs" + (problem.empty() ? "" : ": " + problem) : strongest_aus(stream.au)));
   }
   return lines;
 }

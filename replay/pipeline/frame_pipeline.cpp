@@ -1,6 +1,7 @@
 #include "replay/pipeline/frame_pipeline.h"
 
 #include <Eigen/Geometry>
+#include <fmt/format.h>
 #include <utility>
 
 #include "capture/check.h"
@@ -133,6 +134,9 @@ void FramePipeline::finish_neutral() {
     ++neutral_.refused;
     return;
   }
+  renewed.source +=
+      fmt::format("; neutral captured live: {} frames over {:g} s of capture time, markers moved by up to {:.2f} mm",
+                  neutral_.frames, static_cast<double>(neutral_duration_ns_) * 1e-9, largest_shift_mm);
   solver_.set_neutral(renewed.neutral_mm);
   rig_ = std::move(renewed);
   neutral_.largest_shift_mm = largest_shift_mm;

@@ -7,6 +7,7 @@
 #include <unordered_set>
 
 #include "capture/errors.h"
+#include "capture/utf8.h"
 
 namespace risorius {
 namespace {
@@ -98,6 +99,11 @@ std::vector<std::string> unique_names(const C3dSource& source, std::size_t point
   std::unordered_set<std::string> taken;
   for (std::size_t i = 0; i < points; ++i) {
     std::string& name = names[i];
+    if (!is_clean_utf8(name)) {
+      warnings.push_back(
+          fmt::format("label of point {} is not UTF-8: read as Latin-1, '{}'", i + 1, shown(utf8_of(name))));
+      name = utf8_of(name);
+    }
     const std::string original = name.empty() ? fmt::format("point_{}", i + 1) : name;
     name = original;
     if (name.size() > kMaxNameBytes) cut_to_capacity(name);

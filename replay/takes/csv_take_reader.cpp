@@ -8,6 +8,7 @@
 
 #include "capture/errors.h"
 #include "replay/takes/csv_take.h"
+#include "replay/takes/take_names.h"
 
 namespace risorius {
 namespace {
@@ -116,7 +117,7 @@ void CsvTakeReader::assign_columns() {
       const auto [entry, is_new] = index_of.emplace(name, columns_of_marker_.size());
       if (is_new) {
         columns_of_marker_.push_back({kNoColumn, kNoColumn, kNoColumn});
-        info_.markers.names.push_back(name);
+        info_.markers.names.push_back(marker_name_of(name, info_));
       }
       std::size_t& place = columns_of_marker_[entry->second][axis];
       if (place != kNoColumn) fail_in_header(title, "stands twice", "give each marker a name of its own");

@@ -5,6 +5,7 @@
 
 #include "capture/errors.h"
 #include "replay/takes/csv_text.h"
+#include "replay/takes/take_names.h"
 
 namespace risorius {
 
@@ -63,7 +64,7 @@ std::vector<std::size_t> TrcReader::read_names() {
                       "each name has three cells");
     }
     first_cells.push_back(cell);
-    info_.markers.names.emplace_back(cells()[cell]);
+    info_.markers.names.push_back(marker_name_of(cells()[cell], info_));
   }
   return first_cells;
 }

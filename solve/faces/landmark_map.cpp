@@ -51,7 +51,7 @@ void read_stabilisers(const Json& stabilisers, const std::string& place, Landmar
 
 LandmarkMap parse_landmark_map(std::string_view json, const std::string& place) {
   const Json root = Json::parse(json, nullptr, false);
-  if (!root.is_object()) throw UserError(place, "not a JSON object", "see solve/landmark_map.h for the format");
+  if (!root.is_object()) throw UserError(place, "not a JSON object", "see solve/faces/landmark_map.h for the format");
   if (root.value("format", Json()) != "risorius-landmarks") {
     throw UserError(place, "\"format\" is not \"risorius-landmarks\"", "is this a landmark map?");
   }
