@@ -14,6 +14,7 @@
 #include "capture/errors.h"
 #include "capture/monotonic_clock.h"
 #include "replay/commands/commands.h"
+#include "replay/commands/output_check.h"
 #include "replay/live/daemon_client.h"
 #include "replay/live/live_table.h"
 
@@ -100,6 +101,7 @@ void run_demo(const DemoArguments& arguments) {
   const std::filesystem::path folder =
       arguments.output.empty() ? fmt::format("build/demo/{:%Y%m%d-%H%M%S}", fmt::localtime(std::time(nullptr)))
                                : arguments.output;
+  check_not_sealed(folder);
   std::filesystem::create_directories(folder);
   const auto dataset = folder / "dataset";
   const auto config = write_config(folder, dataset);
