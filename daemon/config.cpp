@@ -91,7 +91,7 @@ void check_source(const SourceConfig& source, const std::string& place, ConfigPr
       source.name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_") ==
           std::string::npos;
   if (!name_is_plain)
-    problems.add(place + ".name", "\"" + shown(source.name) + "\" cannot name a folder",
+    problems.add(place + ".name", fmt::format("\"{}\" cannot name a folder", shown(source.name)),
                  fmt::format("use letters, digits, - and _, at most {} of them", kLongestSourceName));
   try {
     parse_source_address(source.listen);
@@ -177,7 +177,7 @@ Config config_of(const toml::table& table, const std::string& place) {
   root.table("output", [&](auto& v) { visit_output(v, config.output); });
   root.table("record", [&](auto& v) { visit_record(v, config.record); });
   if (config.record.follow != "always" && config.record.follow != "tracker") {
-    problems.add("record.follow", "\"" + config.record.follow + "\" is neither \"always\" nor \"tracker\"",
+    problems.add("record.follow", fmt::format("\"{}\" is neither \"always\" nor \"tracker\"", config.record.follow),
                  "give one of them");
   }
   const bool any_port = config.output.publish.ends_with(":*") || config.output.publish.ends_with(":0");

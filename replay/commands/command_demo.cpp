@@ -15,6 +15,7 @@
 #include "capture/monotonic_clock.h"
 #include "replay/commands/commands.h"
 #include "replay/commands/number_check.h"
+#include "replay/commands/output_check.h"
 #include "replay/live/daemon_client.h"
 #include "replay/live/live_table.h"
 
@@ -101,6 +102,7 @@ void run_demo(const DemoArguments& arguments) {
   const std::filesystem::path folder =
       arguments.output.empty() ? fmt::format("build/demo/{:%Y%m%d-%H%M%S}", fmt::localtime(std::time(nullptr)))
                                : arguments.output;
+  check_not_sealed(folder);
   std::filesystem::create_directories(folder);
   const auto dataset = folder / "dataset";
   const auto config = write_config(folder, dataset);

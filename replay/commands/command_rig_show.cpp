@@ -8,6 +8,7 @@
 #include "capture/errors.h"
 #include "replay/commands/commands.h"
 #include "replay/commands/face_argument.h"
+#include "replay/commands/output_check.h"
 #include "replay/commands/rig_argument.h"
 #include "replay/picture/rig_pictures.h"
 #include "replay/progress_line.h"
@@ -31,6 +32,7 @@ void show(const ShowArguments& arguments) {
   const bool is_all_builtin = is_builtin && face->name() == "builtin";
   const Rig rig = is_all_builtin ? builtin_rig_of(*face, RigColumns::kAll) : rig_of_argument(arguments.rig);
   const std::filesystem::path folder(arguments.output);
+  check_not_sealed(folder);
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) throw UserError(folder.string(), "cannot make this folder: " + error.message(), "choose another with -o");

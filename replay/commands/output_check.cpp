@@ -1,6 +1,7 @@
 #include "replay/commands/output_check.h"
 
 #include "capture/errors.h"
+#include "replay/dataset/manifest.h"
 
 namespace risorius {
 namespace {
@@ -27,6 +28,18 @@ void check_outputs(const std::vector<std::filesystem::path>& inputs,
       if (outputs[j].empty() || !are_one_file(outputs[j], outputs[i])) continue;
       throw UserError(outputs[i].string(), "is to be written twice", "give each output a name of its own");
     }
+  }
+}
+
+void check_not_sealed(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::path at = std::filesystem::weakly_canonical(std::filesystem::absolute(folder), error);
+  for (; !at.empty(); at = at.parent_path()) {
+    if (std::filesystem::exists(at / kManifestName, error))
+      throw UserError(folder.string(),
+                      "would be written into a finished dataset (" + (at / kManifestName).string() + " seals it)",
+                      "choose another folder with -o");
+    if (at == at.parent_path()) break;
   }
 }
 

@@ -25,8 +25,14 @@ class AuWander {
   struct Filter {
     double keep = 0, input = 0, scale = 0;
     std::vector<double> first, second;
+    std::vector<double> from, to;  ///< values at the steps around this frame
+    int stride = 1, phase = 0;     ///< frames per step: a slow wandering needs few numbers
     Filter(std::size_t count, const Wander& wander, double strength, double rate_hz);
-    double step(std::size_t k, Random& random) noexcept;
+    void advance(Random& random) noexcept;
+    double value(std::size_t k) const noexcept {
+      return from[k] + (to[k] - from[k]) * static_cast<double>(phase) / static_cast<double>(stride);
+    }
+    void clear() noexcept;
   };
   bool is_still_;
   std::uint64_t seed_;

@@ -64,7 +64,7 @@ class PostureWalk {
     Random& random = writer_.face;
     std::fill(peaks_.begin(), peaks_.end(), 0.0);
     leads_.clear();
-    asked_ = task;
+    is_other_side_.assign(writer_.names().size(), false);
     for (const std::string& au : task) {
       const ScriptWriter::SideGain side = writer_.draw_side_gain(random);
       const auto found = sampler_.find(base_of_column(au));
@@ -72,13 +72,16 @@ class PostureWalk {
       for (const ScriptWriter::Channel& channel : writer_.channels(au))
         peaks_[channel.index] = std::min(1.0, writer_.options().amplitude * of_au * side.of(channel));
       if (found) leads_.push_back({*found, sampler_.share_of(*found, of_au)});
+      if (parse_au_column(au).side == ColumnSide::kNone) continue;
+      for (std::size_t k = 0; k < in_table_.size(); ++k)
+        if (found && in_table_[k] == found) is_other_side_[k] = true;
     }
     go(writer_.dynamics().timing.persistence, begin_s, way_s, until_s);
   }
   /// Lets the last task's AUs go, and shifts until `until_s`.
   void let_go(double begin_s, double way_s, double until_s) {
     std::fill(peaks_.begin(), peaks_.end(), 0.0);
-    asked_.clear();
+    is_other_side_.assign(writer_.names().size(), false);
     for (PostureSampler::Lead& lead : leads_) lead.share = writer_.face.uniform(0, 0.5);
     go(writer_.dynamics().timing.persistence, begin_s, way_s, until_s);
   }
@@ -113,7 +116,7 @@ class PostureWalk {
       leads[k] = peaks_[k] > 0;
       if (leads[k]) {
         levels[k] = std::min(1.0, peaks_[k] * shift);
-      } else if (writer_.options().co_activation && in_table_[k] && !is_other_side(k)) {
+      } else if (writer_.options().co_activation && in_table_[k] && !is_other_side_[k]) {
         levels[k] = std::min(1.0, gain * sampler_.level(*in_table_[k]));
       }
     }
@@ -124,16 +127,9 @@ class PostureWalk {
   double reach_of(std::size_t au) const {
     return std::clamp(writer_.dynamics().postures.levels[au][kTop] / usual_top_, kLeastReach, kMostReach);
   }
-  /// Of an AU that one side was asked of.
-  bool is_other_side(std::size_t k) const {
-    return std::any_of(asked_.begin(), asked_.end(), [&](const std::string& au) {
-      return parse_au_column(au).side != ColumnSide::kNone && base_of_column(au) == base_of_column(writer_.names()[k]);
-    });
-  }
-
   ScriptWriter& writer_;
   PostureSampler sampler_;
-  Task asked_;
+  std::vector<bool> is_other_side_;  ///< per channel, of an AU that one side was asked of
   double usual_top_ = 1;
   std::vector<std::optional<std::size_t>> in_table_;  ///< per channel
   std::vector<double> peaks_;                         ///< per channel; 0 where it does not lead

@@ -9,7 +9,9 @@
 namespace risorius {
 namespace {
 
-constexpr int kSamples = 2;  // per pixel and axis
+constexpr double kFaceBeginsZMm = 30;   // behind it the frontal plane says nothing
+constexpr double kCreaseShadow = 0.28;  // of the light, per mm of depth
+constexpr int kSamples = 2;             // per pixel and axis
 constexpr double kDegree = 3.14159265358979323846 / 180;
 const Eigen::Vector3d kSkin{0.80, 0.62, 0.53};
 
@@ -128,17 +130,31 @@ void MeshView::draw(const ShadedMesh& mesh) {
   std::vector<Corner> corners(static_cast<std::size_t>(mesh.vertices_mm.cols()));
   for (Eigen::Index v = 0; v < mesh.vertices_mm.cols(); ++v) {
     const Eigen::Vector3d srgb = mesh.colours.cols() == 0 ? kSkin : Eigen::Vector3d(mesh.colours.col(v));
-    corners[static_cast<std::size_t>(v)] = {view_of(mesh.vertices_mm.col(v)), view_from_head_ * normals.col(v),
-                                            srgb.unaryExpr(&to_linear), openness[v]};
+    corners[static_cast<std::size_t>(v)] = {
+        view_of(mesh.vertices_mm.col(v)), view_from_head_ * normals.col(v), srgb.unaryExpr(&to_linear),
+        mesh.rest_mm ? Eigen::Vector3d(mesh.rest_mm->col(v)) : Eigen::Vector3d::Zero(), openness[v]};
   }
+  const CreaseShade* creases = mesh.rest_mm && mesh.creases && !mesh.creases->empty() ? mesh.creases : nullptr;
   for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t) {
     const Eigen::Vector3i v = mesh.triangles.col(t);
     draw_triangle(corners[static_cast<std::size_t>(v[0])], corners[static_cast<std::size_t>(v[1])],
-                  corners[static_cast<std::size_t>(v[2])]);
+                  corners[static_cast<std::size_t>(v[2])], t < mesh.creased_triangles ? creases : nullptr);
   }
 }
 
-void MeshView::draw_triangle(const Corner& a, const Corner& b, const Corner& c) {
+Eigen::Vector3f MeshView::light_of(const Corner& at, const CreaseShade* creases) const {
+  if (creases == nullptr || at.rest_mm.z() < kFaceBeginsZMm) return lit(at.colour, at.normal, at.shade).cast<float>();
+  constexpr double kStepMm = 0.2;
+  const double x = at.rest_mm.x(), y = at.rest_mm.y(), height = creases->height_mm(x, y);
+  const Eigen::Vector3d slope((creases->height_mm(x + kStepMm, y) - height) / kStepMm,
+                              (creases->height_mm(x, y + kStepMm) - height) / kStepMm, 0);
+  // The smooth skin leans over by the fold's slope, and little light reaches the bottom.
+  const Eigen::Vector3d tilt = view_from_head_ * slope;
+  const Eigen::Vector3d normal = (at.normal - (tilt - at.normal.dot(tilt) * at.normal)).normalized();
+  return lit(at.colour, normal, at.shade * std::clamp(1 + kCreaseShadow * height, 0.5, 1.08)).cast<float>();
+}
+
+void MeshView::draw_triangle(const Corner& a, const Corner& b, const Corner& c, const CreaseShade* creases) {
   const std::array<const Corner*, 3> corner{&a, &b, &c};
   std::array<Eigen::Vector2d, 3> at;
   std::array<double, 3> near{};
@@ -166,8 +182,12 @@ void MeshView::draw_triangle(const Corner& a, const Corner& b, const Corner& c) 
       if (nearness <= nearness_[sample]) continue;
       nearness_[sample] = static_cast<float>(nearness);
       const Eigen::Vector3d normal = (w0 * a.normal + w1 * b.normal + w2 * c.normal).normalized();
-      const Eigen::Vector3d colour = w0 * a.colour + w1 * b.colour + w2 * c.colour;
-      light_[sample] = lit(colour, normal, w0 * a.shade + w1 * b.shade + w2 * c.shade).cast<float>();
+      light_[sample] = light_of({{},
+                                 normal,
+                                 w0 * a.colour + w1 * b.colour + w2 * c.colour,
+                                 w0 * a.rest_mm + w1 * b.rest_mm + w2 * c.rest_mm,
+                                 w0 * a.shade + w1 * b.shade + w2 * c.shade},
+                                creases);
     }
   }
 }

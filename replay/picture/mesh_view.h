@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "replay/picture/canvas.h"
+#include "replay/picture/facial_creases.h"
 
 namespace risorius {
 
@@ -22,6 +23,10 @@ struct ShadedMesh {
   const Eigen::Matrix3Xd& vertices_mm;
   const Eigen::Matrix3Xi& triangles;
   const Eigen::Matrix3Xd& colours;
+  /// Optional: creases over the first so many triangles, placed by the vertices at rest (3 x V).
+  const CreaseShade* creases = nullptr;
+  const Eigen::Matrix3Xd* rest_mm = nullptr;
+  int creased_triangles = 0;
 };
 
 class MeshView {
@@ -41,12 +46,13 @@ class MeshView {
 
  private:
   struct Corner {
-    Eigen::Vector3d view_mm, normal, colour;
+    Eigen::Vector3d view_mm, normal, colour, rest_mm;
     double shade;
   };
   Eigen::Vector3d view_of(const Eigen::Vector3d& point_mm) const noexcept;
   Eigen::Vector2d sample_of(const Eigen::Vector3d& view_mm) const noexcept;
-  void draw_triangle(const Corner& a, const Corner& b, const Corner& c);
+  void draw_triangle(const Corner& a, const Corner& b, const Corner& c, const CreaseShade* creases);
+  Eigen::Vector3f light_of(const Corner& at, const CreaseShade* creases) const;
 
   int width_, height_;
   MeshCamera camera_;

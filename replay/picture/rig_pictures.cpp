@@ -14,8 +14,11 @@ namespace {
 
 constexpr Colour kPaper{0.95, 0.955, 0.965, 1}, kInk{0.13, 0.14, 0.17, 1}, kGrey{0.42, 0.44, 0.48, 1},
     kMarker{1, 1, 1, 0.9}, kMarkerRim{0.10, 0.22, 0.45, 0.9}, kArrow{0.05, 0.25, 0.80, 1};
-constexpr double kThreeQuarterDegrees = -38;  // the subject's left cheek towards the viewer
+constexpr double kThreeQuarterDegrees = 38;
+constexpr double kCloseUpField = 0.5;    // of the whole picture's height
+constexpr double kCloseUpTowards = 0.8;  // of the way to the side that moves, so that the other one can be compared
 constexpr double kLeastArrowMm = 0.7;
+constexpr int kNoteHeight = 30;  // pixels, below the sheet
 
 struct FacsName {
   int number;
@@ -112,10 +115,38 @@ RigPictures::RigPictures(const Rig& rig, const FaceModel* face) : rig_(rig), fac
   camera_.distance_mm = 5 * camera_.field_mm;
 }
 
-void RigPictures::draw_view(Canvas& canvas, const PictureRectangle& place, const std::vector<std::string>& columns,
-                            double turned_degrees) const {
+/// The side of the face that a column moves, towards the viewer: the subject's left for "AU12L".
+double RigPictures::three_quarter_degrees(const std::vector<std::string>& columns) {
+  if (columns.size() != 1) return -kThreeQuarterDegrees;
+  const auto name = parse_au_name(columns.front());
+  return name && name->side == AuSide::kLeft ? kThreeQuarterDegrees : -kThreeQuarterDegrees;
+}
+
+MeshCamera RigPictures::close_up(const std::vector<std::string>& columns) const {
   MeshCamera camera = camera_;
-  camera.turned_degrees = turned_degrees;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double weight = 0;
+  const auto add = [&](const Eigen::Vector3d& at, const Eigen::Vector3d& by) {
+    sum += by.squaredNorm() * at;
+    weight += by.squaredNorm();
+  };
+  for (const std::string& column : columns) {
+    const FaceAu* of_face = face_ != nullptr ? face_->find_au(column) : nullptr;
+    const Eigen::Matrix3Xd& moves =
+        of_face != nullptr ? of_face->displacement_mm : column_of(rig_, column).displacement_mm;
+    const Eigen::Matrix3Xd& rest = of_face != nullptr ? face_->vertices_mm() : rig_.neutral_mm;
+    const double scale = of_face != nullptr ? actor_per_face_ : 1;
+    for (Eigen::Index v = 0; v < moves.cols(); ++v) add(scale * rest.col(v), scale * moves.col(v));
+  }
+  if (weight > 0) {
+    camera.target_mm = {kCloseUpTowards * sum.x() / weight, sum.y() / weight, camera_.target_mm.z()};
+    camera.field_mm = kCloseUpField * camera_.field_mm;
+  }
+  return camera;
+}
+
+void RigPictures::draw_view(Canvas& canvas, const PictureRectangle& place, const std::vector<std::string>& columns,
+                            const MeshCamera& camera, bool with_markers) const {
   MeshView view(static_cast<int>(place.width), static_cast<int>(place.height), camera);
   Eigen::Matrix3Xd moved = rig_.neutral_mm;
   for (const std::string& column : columns) moved += column_of(rig_, column).displacement_mm;
@@ -126,12 +157,20 @@ void RigPictures::draw_view(Canvas& canvas, const PictureRectangle& place, const
       if (const FaceAu* au = face_->find_au(column)) vertices += au->displacement_mm;
     }
     vertices *= actor_per_face_;
-    view.draw({vertices, face_->triangles(), face_->colours()});
+    // The lines are those of the built-in face; another face's wrinkles are not known.
+    const bool has_creases = face_->name() == "builtin";
+    const Eigen::Matrix3Xd rest = actor_per_face_ * face_->vertices_mm();
+    const CreaseShade creases(has_creases ? columns : std::vector<std::string>{}, actor_per_face_);
+    view.draw({vertices, face_->triangles(), face_->colours(), &creases, &rest, face_->skin_triangle_count()});
   } else if (marker_triangles_.cols() > 0) {
     view.draw({moved, marker_triangles_, kNoColours});
   }
   canvas.begin_clip(place);
   view.paint_on(canvas, {place.x, place.y});
+  if (!with_markers) {
+    canvas.end_clip();
+    return;
+  }
   const auto on_canvas = [&](const Eigen::Vector3d& p) {
     const PicturePoint at = view.project(p);
     return PicturePoint{place.x + at.x, place.y + at.y};
@@ -151,9 +190,13 @@ void RigPictures::draw_view(Canvas& canvas, const PictureRectangle& place, const
 
 void RigPictures::draw_cell(Canvas& canvas, const PictureRectangle& place,
                             const std::vector<std::string>& columns) const {
-  const double title = std::max(20.0, 0.055 * place.height), half = 0.5 * place.width;
-  draw_view(canvas, {place.x, place.y + title, half, place.height - title}, columns, 0);
-  draw_view(canvas, {place.x + half, place.y + title, half, place.height - title}, columns, kThreeQuarterDegrees);
+  const double title = std::max(20.0, 0.055 * place.height), third = place.width / 3;
+  MeshCamera turned = camera_;
+  turned.turned_degrees = three_quarter_degrees(columns);
+  draw_view(canvas, {place.x, place.y + title, third, place.height - title}, columns, camera_, true);
+  draw_view(canvas, {place.x + third, place.y + title, third, place.height - title}, columns, turned, true);
+  draw_view(canvas, {place.x + 2 * third, place.y + title, third, place.height - title}, columns, close_up(columns),
+            false);
   canvas.text({place.x + 0.4 * title, place.y + 0.82 * title}, title_of(columns), 0.72 * title, kInk);
   double largest_mm = 0;
   Eigen::Matrix3Xd displacement = Eigen::Matrix3Xd::Zero(3, rig_.neutral_mm.cols());
@@ -171,7 +214,7 @@ void RigPictures::draw_cell(Canvas& canvas, const PictureRectangle& place,
 
 Canvas RigPictures::picture(const std::vector<std::string>& columns, int height) const {
   if (height < 100 || height > 4000) throw std::invalid_argument("RigPictures: 100 to 4000 pixels high");
-  Canvas canvas(2 * height * 9 / 10, height, kPaper);
+  Canvas canvas(3 * height * 8 / 10, height, kPaper);
   draw_cell(canvas, {0, 0, static_cast<double>(canvas.width()), static_cast<double>(height)}, columns);
   return canvas;
 }
@@ -193,16 +236,26 @@ std::vector<std::vector<std::string>> RigPictures::sheet_columns() const {
   return cells;
 }
 
+/// What the sheet does not show, and what in it is drawn on.
+std::string RigPictures::sheet_note() const {
+  std::string note = "Each AU at intensity 1, left and right together: front, three-quarter view, close-up.";
+  if (face_ == nullptr) return note;
+  if (face_->name() == "builtin") note += " Wrinkles are shading, not geometry.";
+  if (face_->find_au("AU19") == nullptr) note += " AU19 (tongue show) is left out: the tongue does not move.";
+  return note;
+}
+
 Canvas RigPictures::contact_sheet(const std::function<void(std::size_t, std::size_t)>& done) const {
-  constexpr int kCellWidth = 560, kCellHeight = 330, kAcross = 4;
+  constexpr int kCellWidth = 780, kCellHeight = 330, kAcross = 3;
   const auto cells = sheet_columns();
   const int rows = (static_cast<int>(cells.size()) + kAcross - 1) / kAcross;
-  Canvas canvas(kAcross * kCellWidth, rows * kCellHeight, kPaper);
+  Canvas canvas(kAcross * kCellWidth, rows * kCellHeight + kNoteHeight, kPaper);
   for (std::size_t k = 0; k < cells.size(); ++k) {
     const double column = static_cast<double>(k % kAcross), row = static_cast<double>(k / kAcross);
     draw_cell(canvas, {column * kCellWidth, row * kCellHeight, kCellWidth, kCellHeight}, cells[k]);
     if (done) done(k + 1, cells.size());
   }
+  canvas.text({12, rows * kCellHeight + 0.7 * kNoteHeight}, sheet_note(), 15, kGrey);
   return canvas;
 }
 

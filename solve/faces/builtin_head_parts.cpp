@@ -50,7 +50,7 @@ void add_teeth(HeadPartBuilder& builder, bool is_upper) {
   constexpr int kHalf = 24, kRows = 4;
   const HeadPart part = is_upper ? HeadPart::kUpperTeeth : HeadPart::kLowerTeeth;
   const double half_width = is_upper ? 23 : 20, front_z = is_upper ? 87.5 : 86;
-  const double bite_y = is_upper ? -36.5 : -36, root_y = is_upper ? -25.5 : -45;
+  const double bite_y = is_upper ? -36.5 : -38, root_y = is_upper ? -25.5 : -45;
   std::vector<std::vector<int>> rows;
   for (int row = 0; row < kRows; ++row) {
     std::vector<int> line;

@@ -116,8 +116,8 @@ const Muscle kMuscles[] = {
      6.6,
      1.0,
      LipShare::kLower},
-    {"orbicularis oris: tightened", "AU23", kMiddle, kSphincter, {0, -34, 100}, {0, -34, 92}, 44, 26, 2.6, 1.4},
-    {"orbicularis oris: reds narrowed", "AU23", kMiddle, kRollIn, {0, -34, 84}, {0, -34, 92}, 9, 26, 1.7, -0.8},
+    {"orbicularis oris: tightened", "AU23", kMiddle, kSphincter, {0, -34, 100}, {0, -34, 92}, 44, 26, 4.2, 1.8},
+    {"orbicularis oris: reds narrowed", "AU23", kMiddle, kRollIn, {0, -34, 84}, {0, -34, 92}, 9, 26, 2.6, -1.0},
     {"orbicularis oris: pressed", "AU24", kPaired, kRollIn, {0, -34, 84}, {11, -34, 92}, 12, 24, 2.9, -2.4},
     {"mentalis with it", "AU24", kPaired, kLinear, {6, -46, 100}, {6, -64, 97}, 30, 30, 1.9, 1.0},
     {"relaxed mentalis or orbicularis: upper lip",
@@ -149,7 +149,8 @@ const Muscle kMuscles[] = {
     {"lateral pterygoid, right", "AU30L", kMiddle, kJawShift, {12, -77.8, 97}, {0, -76, 96}, 27, 25, 8.5},
     {"lateral pterygoid, left", "AU30R", kMiddle, kJawShift, {-12, -77.8, 97}, {0, -76, 96}, 27, 25, 8.5},
     // Cheeks blown up: buccinator gives way.
-    {"buccinator, blown out", "AU34", kPaired, kLinear, {46, -25, 122}, {34, -31, 90}, 42, 37, 14.5, 0.5},
+    {"buccinator, blown out", "AU34", kPaired, kSheet, {70, -20, 96}, {44, -24, 76}, 38, 38, 12.5, 2.0},
+    {"corner of the mouth, pushed by the air", "AU34", kPaired, kLinear, {36, -29, 122}, {29, -33, 92}, 30, 28, 8.0},
 };
 
 }  // namespace

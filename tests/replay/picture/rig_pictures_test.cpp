@@ -28,7 +28,7 @@ struct Difference {
 
 Difference difference_of(const Canvas& a, const Canvas& b) {
   Difference difference;
-  const int view_width = a.width() / 2;  // the front view is the left half of the picture
+  const int view_width = a.width() / 3;  // the front view is the left third of the picture
   for (int y = 40; y < a.height(); ++y) {
     for (int x = 0; x < view_width; ++x) {
       if (a.pixel(x, y) != b.pixel(x, y)) ++(x < view_width / 2 ? difference.left : difference.right);
@@ -46,6 +46,21 @@ TEST(RigPictures, ShowsAnAuWhereItIs) {
   const Difference right = difference_of(neutral, pictures.picture({"AU12R"}, 300));
   EXPECT_GT(right.left, 100);
   EXPECT_LT(right.right, right.left / 4);
+}
+
+TEST(RigPictures, TheThreeQuarterViewIsFromTheSideThatMoves) {
+  const RigPictures pictures(rig(), &face());
+  // Paper on both sides of the head in the middle third: a face that looks to the picture's left leaves more there.
+  const auto paper_left_of_face = [&](const char* column) {
+    const Canvas picture = pictures.picture({column}, 300);
+    const int begin = picture.width() / 3, end = 2 * begin, y = picture.height() / 2;
+    int left = 0, right = 0;
+    while (left < end - begin && picture.pixel(begin + left, y) == picture.pixel(2, 50)) ++left;
+    while (right < end - begin && picture.pixel(end - 1 - right, y) == picture.pixel(2, 50)) ++right;
+    return left - right;
+  };
+  EXPECT_GT(paper_left_of_face("AU12L"), 10);
+  EXPECT_LT(paper_left_of_face("AU12R"), -10);
 }
 
 TEST(RigPictures, DrawsRigsWithoutAFace) {
