@@ -469,5 +469,24 @@ TEST(AuSolver, SaysThatAFaceIsMirrored) {
   EXPECT_EQ(bench.solve(noisy_frame(bench.rig(), 40)).status, SolverStatus::kConverged);
 }
 
+TEST(AuSolver, ObservesNothingByFilledMarkersAlone) {
+  Bench bench({}, builtin_rig());
+  for (int f = 0; f < 20; ++f) bench.solve(noisy_frame(bench.rig(), f));
+  const auto fill_all_but = [](MarkerFrame frame, std::uint32_t measured) {
+    for (std::uint32_t m = measured; m < frame.count; ++m) {
+      frame.state[m] = MarkerState::kFilled;
+      frame.standard_deviation_mm[m] = 0.3F;
+    }
+    return frame;
+  };
+  const AuFrame none = bench.solve(fill_all_but(noisy_frame(bench.rig(), 20), 0));
+  EXPECT_EQ(none.status, SolverStatus::kTooFewMarkers);
+  for (std::uint32_t i = 0; i < none.count; ++i) EXPECT_NE(none.state[i], AuState::kObserved);
+  // Filled markers still hold the head: with a few measured ones the frame is solved, and AUs elsewhere are held.
+  const AuFrame few = bench.solve(fill_all_but(noisy_frame(bench.rig(), 21), 12));
+  EXPECT_EQ(few.status, SolverStatus::kConverged);
+  EXPECT_GT(std::count(few.state.begin(), few.state.begin() + few.count, AuState::kHeld), 0);
+}
+
 }  // namespace
 }  // namespace risorius

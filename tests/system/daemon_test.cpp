@@ -279,5 +279,28 @@ TEST(Daemon, PythonClientOfTheReadmeReadsIt) {
   EXPECT_EQ(daemon.end().exit_code, 0);
 }
 
+TEST(Daemon, SaysWhenAStreamFallsSilentAndWhenItComesBack) {
+  TemporaryFolder folder;
+  RunningDaemon daemon(folder.path(), kFace);
+  ASSERT_TRUE(daemon.up()) << daemon.process().output();
+  const auto state_is = [&](const std::string& state) {
+    return becomes_true(daemon, [&](const nlohmann::json& face) { return face.at("state") == state; });
+  };
+  EXPECT_TRUE(state_is("listening"));
+  const std::vector<std::string> replay{program("risorius").string(), "replay", "--quiet", "builtin:60", "--to",
+                                        daemon.input("face")};
+  {
+    Process sender(replay);
+    EXPECT_TRUE(state_is("streaming"));
+  }  // killed: no end of the stream is sent
+  EXPECT_TRUE(state_is("stale"));
+  const auto silences = daemon.status().at("streams").at("face").at("silences").get<int>();
+  EXPECT_GE(silences, 1);
+  Process sender(replay);
+  EXPECT_TRUE(state_is("streaming"));
+  const auto clock = [&] { return daemon.status().at("streams").at("face").at("clock"); };
+  EXPECT_EQ(clock().at("source"), "arrivals");
+}
+
 }  // namespace
 }  // namespace risorius::test

@@ -200,5 +200,11 @@ TEST_F(CsvTake, EchoesALongCellShortened) {
   EXPECT_LT(message.size(), 400u);
 }
 
+TEST_F(CsvTake, ReadsNamesInLatin1WithAWarning) {
+  const auto take = reader("frame,time_s,W\xE4nge_x,W\xE4nge_y,W\xE4nge_z\n0,0,1,2,3\n1,0.1,1,2,3\n");
+  EXPECT_EQ(take.info().markers.names, std::vector<std::string>{"W\xC3\xA4nge"});
+  EXPECT_TRUE(has_warning(take, "read as Latin-1"));
+}
+
 }  // namespace
 }  // namespace risorius

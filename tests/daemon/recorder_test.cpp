@@ -1,0 +1,108 @@
+#include "daemon/recorder.h"
+
+#include <algorithm>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "solve/faces/builtin_face.h"
+#include "support/test_data.h"
+
+namespace risorius {
+namespace {
+
+class Record : public ::testing::Test {
+ protected:
+  Recorder::Options options(const std::string& stream, bool follow_tracker) {
+    return {.folder = folder_.path() / "rec",
+            .streams = {{stream, rig_, "{}"}},
+            .card_markdown = "card",
+            .follow_tracker = follow_tracker,
+            .current_rig = [this](std::uint32_t) { return rig_; }};
+  }
+  void send_set() {
+    set_ = {.names = rig_.marker_names, .rate_hz = 100};
+    item_->kind = OutputItem::Kind::kMarkerSet;
+    item_->marker_set = &set_;
+    ASSERT_TRUE(results_.send_control(*item_));
+  }
+  void send_frames(std::uint64_t first, std::uint64_t last) {
+    item_->kind = OutputItem::Kind::kSolved;
+    for (std::uint64_t f = first; f <= last; ++f) {
+      FrameHeader header{
+          .set_id = set_.id, .sequence = f, .capture_time_ns = static_cast<std::int64_t>(f) * 10'000'000};
+      item_->solved.markers.header = item_->solved.aus.header = header;
+      item_->solved.markers.count = static_cast<std::uint32_t>(set_.names.size());
+      item_->solved.aus.count = static_cast<std::uint32_t>(rig_.au_count());
+      ASSERT_TRUE(results_.send_frame(*item_));
+    }
+  }
+  void send_recording(bool started, const std::string& name) {
+    item_->kind = started ? OutputItem::Kind::kRecordingStarted : OutputItem::Kind::kRecordingStopped;
+    item_->recording_name_size = static_cast<std::uint8_t>(name.size());
+    std::ranges::copy(name, item_->recording_name_bytes.begin());
+    ASSERT_TRUE(results_.send_control(*item_));
+  }
+  nlohmann::json take(const std::string& name) {
+    std::ifstream file(folder_.path() / "rec" / name / "take.json");
+    return nlohmann::json::parse(file);
+  }
+
+  test::TemporaryFolder folder_;
+  const Rig rig_ = builtin_rig();
+  MarkerSet set_;
+  std::unique_ptr<OutputItem> item_ = std::make_unique<OutputItem>();
+  Channel<OutputItem> results_{512};
+};
+
+TEST_F(Record, FollowsTheTrackersOwnRecording) {
+  Recorder recorder(options("face", true), results_);
+  send_set();
+  send_frames(0, 9);
+  send_recording(true, "Take 007");
+  send_frames(10, 29);
+  send_recording(false, "Take 007");
+  send_frames(30, 34);
+  send_recording(true, "Take 008");
+  send_frames(35, 39);
+  recorder.stop();
+  EXPECT_EQ(recorder.problem(), "");
+  EXPECT_EQ(recorder.takes_finished(), 2u);
+  EXPECT_EQ(recorder.frames_recorded(), 25u);
+  EXPECT_EQ(recorder.frames_outside(), 15u);
+  EXPECT_EQ(take("face-001").at("tracker_recording"), "Take 007");
+  EXPECT_EQ(take("face-001").at("first_sequence"), 10);
+  EXPECT_EQ(take("face-001").at("frames"), 20);
+  EXPECT_EQ(take("face-002").at("tracker_recording"), "Take 008");
+  EXPECT_EQ(take("face-002").at("frames"), 5);
+}
+
+TEST_F(Record, RecordsAllWhereItIsNotToFollow) {
+  Recorder recorder(options("face", false), results_);
+  send_set();
+  send_recording(true, "Take 007");
+  send_frames(0, 9);
+  send_recording(false, "Take 007");
+  send_frames(10, 14);
+  recorder.stop();
+  EXPECT_EQ(recorder.takes_finished(), 1u);
+  EXPECT_EQ(recorder.frames_recorded(), 15u);
+  EXPECT_EQ(recorder.frames_outside(), 0u);
+  EXPECT_TRUE(std::filesystem::exists(folder_.path() / "rec" / "manifest-sha256.txt"));
+}
+
+TEST_F(Record, ARecordingThatFailedCountsEveryFrameAndGetsNoManifest) {
+  Recorder recorder(options(std::string(300, 'n'), false), results_);  // no file system has such a name
+  send_set();
+  send_frames(0, 60);
+  recorder.stop();
+  EXPECT_NE(recorder.problem(), "");
+  EXPECT_EQ(recorder.frames_recorded(), 0u);
+  EXPECT_EQ(recorder.frames_not_written(), 61u);
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() / "rec" / "manifest-sha256.txt"));
+}
+
+}  // namespace
+}  // namespace risorius
