@@ -56,11 +56,12 @@ Recorder::Options recorder_options(const Config& config, const std::deque<Pipeli
     if (streams[i].shapes) of_stream["shapes"] = shapes_json(streams[i], shipped_arkit_table());
     return Recorder::Stream{config.sources[i].name, streams[i].current_rig(), of_stream.dump()};
   };
-  std::string stages, rigs;
+  std::string stages, rigs, mapped;
   for (std::size_t i = 0; i < config.sources.size(); ++i) {
     const SourceConfig& source = config.sources[i];
     options.streams.push_back(options.current(static_cast<std::uint32_t>(i)));
     stages += "# source " + source.name + "\n" + print_stage_config(source.stages);
+    if (streams[i].shapes) mapped += (mapped.empty() ? "" : ", ") + source.name;
     rigs += (rigs.empty() ? "" : ", ") + options.streams.back().rig.name;
   }
   options.card_markdown = dataset_card_markdown({.title = options.folder.filename().string(),
@@ -69,7 +70,8 @@ Recorder::Options recorder_options(const Config& config, const std::deque<Pipeli
                                                  .pseudonym = config.record.pseudonym,
                                                  .consent = config.record.consent,
                                                  .licence = config.record.licence,
-                                                 .options_toml = stages});
+                                                 .options_toml = stages,
+                                                 .mapped = mapped});
   options.follow_tracker = config.record.follow == "tracker";
   return options;
 }

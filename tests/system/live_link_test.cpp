@@ -112,6 +112,7 @@ TEST(LiveLinkStreaming, WhatIsRecordedEqualsTheOfflineMappingAcrossMidnight) {
     EXPECT_EQ(json.at("lost_frames"), 3);
     EXPECT_EQ(json.at("solved_frames"), 145);
     EXPECT_EQ(json.at("shapes").at("arkit_table").at("version"), 1);
+    EXPECT_NE(bytes_of_file(daemon.dataset() / "README.md").find("Takes of phone have no markers"), std::string::npos);
   }
 }
 
