@@ -90,7 +90,7 @@ struct AuFrame {
   double residual_rms_mm = 0;  ///< over the measured markers, per marker (3D distance)
   double kkt_residual = 0;     ///< || x - clip(x - D^-1 g, 0, ub) ||_inf of the whole objective
   std::array<AuState, kMaxAus> state{};
-  std::array<double, kMaxAus> intensity{};  ///< 0 to the rig's bound (1.2)
+  std::array<double, kMaxAus> intensity{};           ///< 0 to the rig's bound (1.2)
   std::array<double, kMaxAus> standard_deviation{};  ///< NaN: not known
 };
 
