@@ -16,8 +16,24 @@ std::string_view word_of(SolverStatus status) noexcept {
       return "too_few_markers";
     case SolverStatus::kMirrored:
       return "mirrored";
+    case SolverStatus::kMapped:
+      return "mapped";
+    case SolverStatus::kNoFace:
+      return "no_face";
   }
   return "not_solved";
+}
+
+std::string_view word_of(AuFrameKind kind) noexcept {
+  switch (kind) {
+    case AuFrameKind::kSolved:
+      return "solved";
+    case AuFrameKind::kPredicted:
+      return "predicted";
+    case AuFrameKind::kMapped:
+      return "mapped";
+  }
+  return "solved";
 }
 
 std::string_view word_of(RejectReason reason) noexcept {

@@ -9,6 +9,7 @@
 namespace risorius {
 
 std::string_view word_of(SolverStatus status) noexcept;
+std::string_view word_of(AuFrameKind kind) noexcept;
 std::string_view word_of(RejectReason reason) noexcept;
 /// "HH:MM:SS:FF", or "HH:MM:SS;FF" if frames are dropped from the count (SMPTE 12M); empty if there is none.
 std::string text_of(const Timecode& timecode);

@@ -56,11 +56,23 @@ struct MarkerFrame {
 
 /// kNotObserved: no visible marker informs the AU. kHeld: not observed now, the value is the last observed one.
 enum class AuState : std::uint8_t { kNotObserved, kObserved, kHeld };
-enum class AuFrameKind : std::uint8_t { kSolved, kPredicted };
+/// kSolved: a measurement, from markers. kMapped: a proxy, from a face tracker's own shapes; it has neither head pose,
+/// residuals nor standard deviations.
+enum class AuFrameKind : std::uint8_t { kSolved, kPredicted, kMapped };
 /// kPoorFit: the markers are so far from anything that the rig can be that the rig cannot be this face in this unit.
 /// kMirrored: their mirror image fits the rig, they do not: the source's axes are stated wrongly.
-enum class SolverStatus : std::uint8_t { kNotSolved, kConverged, kIterationLimit, kTooFewMarkers, kPoorFit, kMirrored };
-inline constexpr std::size_t kSolverStatusCount = 6;
+/// kMapped, kNoFace: of mapped frames; the face tracker saw a face, or none.
+enum class SolverStatus : std::uint8_t {
+  kNotSolved,
+  kConverged,
+  kIterationLimit,
+  kTooFewMarkers,
+  kPoorFit,
+  kMirrored,
+  kMapped,
+  kNoFace
+};
+inline constexpr std::size_t kSolverStatusCount = 8;
 
 /// p_world = rotation * p_head + translation.
 struct Pose {
@@ -78,8 +90,8 @@ struct AuFrame {
   double residual_rms_mm = 0;  ///< over the measured markers, per marker (3D distance)
   double kkt_residual = 0;     ///< || x - clip(x - D^-1 g, 0, ub) ||_inf of the whole objective
   std::array<AuState, kMaxAus> state{};
-  std::array<double, kMaxAus> intensity{};  ///< 0 to the rig's bound (1.2)
-  std::array<double, kMaxAus> standard_deviation{};
+  std::array<double, kMaxAus> intensity{};           ///< 0 to the rig's bound (1.2)
+  std::array<double, kMaxAus> standard_deviation{};  ///< NaN: not known
 };
 
 /// AU vectors ahead of the frame `header`: step s lies `ahead_ns[s]` after `header.capture_time_ns`.

@@ -6,6 +6,7 @@
 
 #include "capture/errors.h"
 #include "capture/marker_set.h"
+#include "capture/wire/live_link_codec.h"
 #include "daemon/source_address.h"
 
 namespace risorius {
@@ -45,7 +46,8 @@ void visit_queues(V& v, C& c) {
 template <class V, class C>
 void visit_source(V& v, C& c) {
   v.text("name", c.name, "name of the stream, in messages and folders");
-  v.text("listen", c.listen, "udp://ADDRESS:PORT, zmq+tcp://ADDRESS:PORT, natnet://HOST, qtm://HOST or vicon://HOST");
+  v.text("listen", c.listen,
+         "udp://ADDRESS:PORT, zmq+tcp://ADDRESS:PORT, natnet://HOST, qtm://HOST, vicon://HOST or livelink://ADDRESS");
   v.text("zmq_pattern", c.zmq_pattern, "for zmq+tcp: \"pull\" (senders PUSH, flow control) or \"sub\" (senders PUB)");
   v.text("natnet_markers", c.natnet_markers,
          "for natnet: \"\" = all that have names, \"labelled\" = labelled ones only, \"set:NAME\" = of one marker set");
@@ -57,6 +59,10 @@ void visit_source(V& v, C& c) {
   v.text("qtm_frames", c.qtm_frames, "for qtm: over \"tcp\" or \"udp\"");
   v.text("vicon_subject", c.vicon_subject, "for vicon: the subject to take; \"\" = all");
   v.number("vicon_rate_hz", c.vicon_rate_hz, 0, 10000, "for vicon: frames per second of a server that states none");
+  v.text("livelink_device", c.livelink_device,
+         "for livelink: the subject name that the app shows; \"\" = the first that sends");
+  v.number("livelink_rate_hz", c.livelink_rate_hz, 0, 1000,
+           "for livelink: frames per second, where the app counts in a finer base; 0 = as its packets say");
   v.text("rig", c.rig, "\"builtin\" or the path of a rig file");
   v.text("units", c.units, "\"\" = as the sender states; else mm, cm, m");
   v.text("axes", c.axes, "\"\" = as the sender states; else three of L R U D F B");
@@ -106,6 +112,14 @@ void check_source(const SourceConfig& source, const std::string& place, ConfigPr
   if (source.qtm_frames != "tcp" && source.qtm_frames != "udp") {
     problems.add(place + ".qtm_frames", "\"" + source.qtm_frames + "\" is neither \"tcp\" nor \"udp\"",
                  "give one of them");
+  }
+  if (source.livelink_device.size() > kMaxLiveLinkNameBytes) {
+    problems.add(place + ".livelink_device", fmt::format("is longer than {} bytes", kMaxLiveLinkNameBytes),
+                 "give the subject name that the app shows");
+  }
+  if (source.livelink_rate_hz > 0 && source.livelink_rate_hz < 1) {
+    problems.add(place + ".livelink_rate_hz", fmt::format("{} is below 1", source.livelink_rate_hz),
+                 "give 1 to 1000, or 0 = as the packets say");
   }
   if (!source.units.empty() && !parse_unit(source.units)) {
     problems.add(place + ".units", "\"" + source.units + "\" is not a known unit", "give mm, cm, m or \"\"");

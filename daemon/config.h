@@ -28,7 +28,9 @@ struct SourceConfig {
   std::string natnet_timecode = "30";
   std::string qtm_frames = "tcp";
   std::string vicon_subject;
-  double vicon_rate_hz = 0;  ///< 0 = as the server states
+  double vicon_rate_hz = 0;     ///< 0 = as the server states
+  std::string livelink_device;  ///< "" = the first that sends
+  double livelink_rate_hz = 0;  ///< 0 = as the packets say
   std::int64_t receive_buffer_bytes = 8 << 20;
   StageConfig stages;
 };

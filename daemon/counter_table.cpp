@@ -26,8 +26,10 @@ constexpr auto kStreamCounters = std::to_array<CounterRow>({
     {"clock.uncertainty_ns", kGauge, "ns", "half the shortest round trip; 0 with arrivals, whose delay nobody knows",
      ""},
     {"clock.leaps", kCount, "", "how often the tracker's clock leapt and was learnt anew", "somebody sets the clock"},
-    {"tracker", kReasons, "", "what only some protocols count, in the protocol's own words (QTM, Vicon)",
-     "unlabelled_markers: label the trajectories; skipped or dropped frames: the tracker's machine or network"},
+    {"tracker", kReasons, "",
+     "what only some protocols count, in the protocol's own words (QTM, Vicon, Live Link Face)",
+     "unlabelled_markers: label the trajectories; skipped or dropped frames: the tracker's machine or network; "
+     "frames_without_face: the phone sees nobody"},
     {"recording_events", kCount, "", "starts and stops of the tracker's own recording",
      "recorded by them if `[record] follow = \"tracker\"`"},
     {"datagrams", kLedger, "datagrams", "ZeroMQ: messages; TCP: packets", ""},
@@ -38,8 +40,8 @@ constexpr auto kStreamCounters = std::to_array<CounterRow>({
     {"datagrams.foreign", kCount, "datagrams", "from another host than the tracker; not looked at",
      "something else sends to our port"},
     {"datagrams.errors", kReasons, "datagrams", "refused, by reason",
-     "bad_magic, bad_checksum: something else sends to this port; unknown_set: frames before their marker set; "
-     "other_session: two senders share this port"},
+     "bad_magic, bad_checksum, version: something else sends to this port; unknown_set: frames before their marker "
+     "set; other_session: two senders share this port; other_device: of another phone; leap: its clock leapt"},
     {"frames.assembled", kLedger, "frames", "put together from datagrams", ""},
     {"frames.incomplete", kLoss, "frames", "given up because a part of them was lost", "the network loses datagrams"},
     {"frames.lost", kLoss, "frames", "that never came, by their sequence numbers", "the network, or the sender"},
@@ -54,7 +56,7 @@ constexpr auto kStreamCounters = std::to_array<CounterRow>({
      "dropped: the machine is overloaded; `[queues] admission`"},
     {"admission.control_lost", kLoss, "items", "marker sets and ends of streams that found the queue full; must be 0",
      "the machine is overloaded"},
-    {"despike", kLedger, "frames", "", ""},
+    {"despike", kLedger, "frames", "0 for face shapes, which enter after the solve", ""},
     {"despike.rejected", kReasons, "marker samples", "taken for false, by reason",
      "false tracks: see the camera set-up"},
     {"fill", kLedger, "frames", "", ""},
@@ -64,12 +66,13 @@ constexpr auto kStreamCounters = std::to_array<CounterRow>({
     {"solve", kLedger, "frames", "refused: the frame is not of the set in use", ""},
     {"refused_frames", kLoss, "frames", "admitted, but not of the marker set in use", ""},
     {"processed", kCount, "frames", "handed on to publisher and recorder", ""},
-    {"solved", kCount, "frames", "of the processed, those that have AUs", "behind `processed`: see `solver`"},
+    {"solved", kCount, "frames", "of the processed, those that have AUs, solved or mapped from face shapes",
+     "behind `processed`: see `solver`"},
     {"solver", kReasons, "frames", "processed, by the solver's status",
      "not_solved: see `rig_problem`; too_few_markers: occlusions, or stabilisers that disagree (labels swapped?); "
      "poor_fit: wrong rig, units or axes; mirrored: one "
      "letter "
-     "of the axes points the wrong way"},
+     "of the axes points the wrong way; no_face: the face tracker saw nobody"},
     {"rig", kText, "", "the rig in use", ""},
     {"rig_problem", kText, "", "why the rig does not fit the markers; empty if it does",
      "fit a rig to this marker set: `risorius rig fit`"},

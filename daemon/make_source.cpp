@@ -97,12 +97,25 @@ std::unique_ptr<Source> make_source(boost::asio::io_context& io, std::uint32_t s
     }
     case SourceKind::kNatnet:
       return std::make_unique<NatnetSource>(io, natnet_options(address, stream_id, config), std::move(on_ready));
+    case SourceKind::kLiveLink:
+      return std::make_unique<LiveLinkSource>(io,
+                                              LiveLinkSourceOptions{.address = address.host,
+                                                                    .port = address.port,
+                                                                    .receive_buffer_bytes = buffer_bytes,
+                                                                    .decoder = {.stream_id = stream_id,
+                                                                                .device = config.livelink_device,
+                                                                                .rate_hz = config.livelink_rate_hz}},
+                                              std::move(on_ready));
     case SourceKind::kQtm:
       return make_qtm_source(io, address, stream_id, config, std::move(on_ready));
     case SourceKind::kVicon:
       return make_vicon_source(io, address, stream_id, config, std::move(on_ready));
   }
   throw UserError(config.listen, "this build has no client for it", "use udp:// or zmq+tcp://");
+}
+
+bool tells_shapes(const SourceConfig& config) {
+  return parse_source_address(config.listen).kind == SourceKind::kLiveLink;
 }
 
 }  // namespace risorius

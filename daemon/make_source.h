@@ -15,4 +15,7 @@ namespace risorius {
 std::unique_ptr<Source> make_source(boost::asio::io_context& io, std::uint32_t stream_id, const SourceConfig& config,
                                     std::function<void()> on_ready);
 
+/// Whether the source tells face shapes (SourceEventKind::kShapes) instead of markers.
+bool tells_shapes(const SourceConfig& config);
+
 }  // namespace risorius

@@ -1,5 +1,6 @@
 #include "daemon/messages.h"
 
+#include <cmath>
 #include <msgpuck.h>
 
 #include "capture/check.h"
@@ -62,6 +63,14 @@ void write_header(MapWriter& out, const FrameHeader& header, const MessageContex
   out.integer(context.publish_time_ns);
 }
 
+/// nil if they are not known.
+template <std::size_t N>
+void write_numbers(MapWriter& out, bool known, const std::array<double, N>& numbers) {
+  if (!known) return out.nothing();
+  out.array(N);
+  for (const double number : numbers) out.number(number);
+}
+
 /// An upper bound of what a message needs: the fixed part, the names, and `bytes_per_entry` for each entry.
 std::size_t bound(const MessageContext& context, std::size_t bytes_per_entry) {
   std::size_t bytes = 1024 + context.stream.size();
@@ -102,19 +111,19 @@ void encode_aus(const AuFrame& frame, const MessageContext& context, MessageBuff
   MapWriter out(out_buffer, bound(context, 32), kHeaderEntries + 9);
   write_header(out, frame.header, context);
   out.key("kind");
-  out.text(frame.kind == AuFrameKind::kSolved ? "solved" : "predicted");
+  out.text(word_of(frame.kind));
   out.key("status");
   out.text(word_of(frame.status));
+  // Mapped from face shapes: there is no residual and no pose that could be told.
+  const bool has_solve = frame.kind != AuFrameKind::kMapped;
   out.key("residual_rms_mm");
-  out.number(frame.residual_rms_mm);
+  has_solve ? out.number(frame.residual_rms_mm) : out.nothing();
   out.key("kkt_residual");
-  out.number(frame.kkt_residual);
+  has_solve ? out.number(frame.kkt_residual) : out.nothing();
   out.key("rotation_xyzw");
-  out.array(4);
-  for (const double q : frame.world_from_head.rotation_xyzw) out.number(q);
+  write_numbers(out, has_solve, frame.world_from_head.rotation_xyzw);
   out.key("translation_mm");
-  out.array(3);
-  for (const double t : frame.world_from_head.translation_mm) out.number(t);
+  write_numbers(out, has_solve, frame.world_from_head.translation_mm);
   std::array<char, kMaxAus> states;
   out.key("au");
   out.map(frame.count);
@@ -129,7 +138,10 @@ void encode_aus(const AuFrame& frame, const MessageContext& context, MessageBuff
   }
   out.key("standard_deviation");
   out.array(frame.count);
-  for (std::uint32_t i = 0; i < frame.count; ++i) out.number(frame.standard_deviation[i]);
+  for (std::uint32_t i = 0; i < frame.count; ++i) {
+    const double deviation = frame.standard_deviation[i];
+    std::isnan(deviation) ? out.nothing() : out.number(deviation);
+  }
   out.key("states");
   out.text({states.data(), frame.count});
   out.finish();

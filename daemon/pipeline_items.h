@@ -6,6 +6,7 @@
 
 #include "capture/frames.h"
 #include "capture/marker_set.h"
+#include "capture/shape_frame.h"
 #include "capture/wire/source_event.h"
 #include "replay/pipeline/frame_pipeline.h"
 
@@ -16,6 +17,7 @@ namespace risorius {
 struct AdmittedItem {
   enum class Kind : std::uint8_t {
     kFrame,
+    kShapes,
     kMarkerSet,
     kEndOfStream,
     kNeutralCapture,
@@ -29,6 +31,7 @@ struct AdmittedItem {
   std::uint8_t recording_name_size = 0;   ///< kRecordingStarted
   std::array<char, kMaxRecordingNameBytes> recording_name_bytes{};
   MarkerFrame frame;  ///< kFrame
+  ShapeFrame shapes;  ///< kShapes
 };
 
 /// What the pipeline thread hands to the publisher and to the recorder, in the order of admission.
@@ -39,7 +42,8 @@ struct OutputItem {
   const MarkerSet* marker_set = nullptr;
   std::uint8_t recording_name_size = 0;  ///< kRecordingStarted
   std::array<char, kMaxRecordingNameBytes> recording_name_bytes{};
-  std::int64_t cleaned_ns = 0, solved_ns = 0;  ///< kSolved: CLOCK_MONOTONIC after these stages
+  std::int64_t cleaned_ns = 0, solved_ns = 0;  ///< kSolved: CLOCK_MONOTONIC after these stages; of a shape frame: when
+                                               ///< it was taken up, and mapped
   SolvedFrame solved;
 };
 

@@ -1,8 +1,15 @@
 #include "daemon/pipeline_thread.h"
 
+#include "capture/check.h"
 #include "capture/monotonic_clock.h"
 
 namespace risorius {
+
+PipelineStream::PipelineStream(const PipelineOptions& options, Rig rig, const ArkitTable* shape_table)
+    : stages(options, std::move(rig)) {
+  if (shape_table != nullptr) shapes = std::make_unique<ShapeMapper>(*shape_table, stages.rig());
+  note_rig();
+}
 
 PipelineThread::PipelineThread(Channel<AdmittedItem>& admitted, std::deque<PipelineStream>& streams,
                                const Outputs& outputs, AllocationProbe allocation_probe)
@@ -40,7 +47,8 @@ void PipelineThread::run() noexcept {
 void PipelineThread::work_on(const AdmittedItem& item) {
   PipelineStream& stream = streams_[item.stream_id];
   switch (item.kind) {
-    case AdmittedItem::Kind::kFrame: {
+    case AdmittedItem::Kind::kFrame:
+    case AdmittedItem::Kind::kShapes: {
       const std::uint64_t before = allocation_probe_ ? allocation_probe_() : 0;
       work_on_frame(stream, item);
       if (allocation_probe_) allocations_in_frames_.add(allocation_probe_() - before);
@@ -49,8 +57,10 @@ void PipelineThread::work_on(const AdmittedItem& item) {
     case AdmittedItem::Kind::kMarkerSet:
       stream.stages.flush();
       hand_on_solved(stream, item.stream_id);
-      stream.stages.use_marker_set(*item.marker_set);
-      stream.note_rig_problem();
+      if (!stream.shapes) {
+        stream.stages.use_marker_set(*item.marker_set);
+        stream.note_rig_problem();
+      }
       stream.budget_ns = item.marker_set->rate_hz > 0 ? static_cast<std::int64_t>(1e9 / item.marker_set->rate_hz) : 0;
       hand_on_control(OutputItem::Kind::kMarkerSet, item.stream_id, item.marker_set);
       break;
@@ -58,10 +68,15 @@ void PipelineThread::work_on(const AdmittedItem& item) {
       stream.stages.flush();
       hand_on_solved(stream, item.stream_id);
       stream.stages.reset();
+      if (stream.shapes) stream.shapes->reset();
       hand_on_control(OutputItem::Kind::kEndOfStream, item.stream_id, nullptr);
       break;
     case AdmittedItem::Kind::kNeutralCapture:
-      stream.stages.begin_neutral_capture(item.duration_ns);
+      if (stream.shapes) {
+        stream.shapes->begin_neutral_capture(item.duration_ns);
+      } else {
+        stream.stages.begin_neutral_capture(item.duration_ns);
+      }
       break;
     case AdmittedItem::Kind::kRecordingStarted:
     case AdmittedItem::Kind::kRecordingStopped:
@@ -76,35 +91,54 @@ void PipelineThread::work_on(const AdmittedItem& item) {
 
 void PipelineThread::work_on_frame(PipelineStream& stream, const AdmittedItem& item) noexcept {
   begun_ns_ = monotonic_now_ns();
-  while (!stream.stages.push(item.frame)) hand_on_solved(stream, item.stream_id);
-  hand_on_solved(stream, item.stream_id);
-  stream.stages.settle();
+  if (item.kind == AdmittedItem::Kind::kShapes) {
+    map_shapes(stream, item);
+  } else {
+    while (!stream.stages.push(item.frame)) hand_on_solved(stream, item.stream_id);
+    hand_on_solved(stream, item.stream_id);
+    stream.stages.settle();
+  }
   const std::int64_t cycle_ns = monotonic_now_ns() - begun_ns_;
   stream.cycles.longest_cycle_ns.raise_to(static_cast<std::uint64_t>(cycle_ns));
   if (stream.budget_ns > 0 && cycle_ns > stream.budget_ns) stream.cycles.over_budget.add();
 }
 
+/// Enters where others leave the solve.
+void PipelineThread::map_shapes(PipelineStream& stream, const AdmittedItem& item) noexcept {
+  RISORIUS_CHECK(stream.shapes != nullptr);
+  out_.solved.markers.header = item.shapes.header;
+  out_.solved.markers.count = 0;
+  out_.cleaned_ns = begun_ns_;
+  stream.shapes->process(item.shapes, out_.solved.aus);
+  out_.solved_ns = monotonic_now_ns();
+  hand_on_frame(stream, item.stream_id);
+}
+
 void PipelineThread::hand_on_solved(PipelineStream& stream, std::uint32_t stream_id) noexcept {
+  while (stream.stages.pop(out_.solved)) hand_on_frame(stream, stream_id);
+}
+
+void PipelineThread::hand_on_frame(PipelineStream& stream, std::uint32_t stream_id) noexcept {
   out_.kind = OutputItem::Kind::kSolved;
   out_.stream_id = stream_id;
-  while (stream.stages.pop(out_.solved)) {
-    stream.processed.add();
-    stream.by_status[static_cast<std::size_t>(out_.solved.aus.status)].add();
-    stream.cycles.longest_clean_ns.raise_to(static_cast<std::uint64_t>(out_.cleaned_ns - begun_ns_));
-    stream.cycles.longest_solve_ns.raise_to(static_cast<std::uint64_t>(out_.solved_ns - out_.cleaned_ns));
-    outputs_.publish.send_frame(out_);
-    if (outputs_.record != nullptr) outputs_.record->send_frame(out_);
-    if (stream.stages.neutral_capture().completed != stream.neutral_captures.value()) {
-      stream.note_rig();
-      stream.neutral_captures.set(stream.stages.neutral_capture().completed);
-      hand_on_control(OutputItem::Kind::kNeutral, stream_id, nullptr);
-      out_.kind = OutputItem::Kind::kSolved;
-    }
-    // After the frame is on its way: a prediction never delays a measurement.
-    if (stream.stages.continue_from(out_.solved.aus, continuation_)) {
-      stream.continuations.add();
-      if (outputs_.continuations.send_frame(continuation_)) outputs_.publish.ring();
-    }
+  stream.processed.add();
+  stream.by_status[static_cast<std::size_t>(out_.solved.aus.status)].add();
+  stream.cycles.longest_clean_ns.raise_to(static_cast<std::uint64_t>(out_.cleaned_ns - begun_ns_));
+  stream.cycles.longest_solve_ns.raise_to(static_cast<std::uint64_t>(out_.solved_ns - out_.cleaned_ns));
+  outputs_.publish.send_frame(out_);
+  if (outputs_.record != nullptr) outputs_.record->send_frame(out_);
+  const std::uint64_t neutrals =
+      stream.shapes ? stream.shapes->neutrals_completed() : stream.stages.neutral_capture().completed;
+  if (neutrals != stream.neutral_captures.value()) {
+    stream.note_rig();
+    stream.neutral_captures.set(neutrals);
+    hand_on_control(OutputItem::Kind::kNeutral, stream_id, nullptr);
+    out_.kind = OutputItem::Kind::kSolved;
+  }
+  // After the frame is on its way: a prediction never delays a measurement.
+  if (stream.stages.continue_from(out_.solved.aus, continuation_)) {
+    stream.continuations.add();
+    if (outputs_.continuations.send_frame(continuation_)) outputs_.publish.ring();
   }
 }
 

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -14,6 +15,7 @@
 #include "daemon/channel.h"
 #include "daemon/pipeline_items.h"
 #include "replay/pipeline/frame_pipeline.h"
+#include "replay/pipeline/shape_mapper.h"
 
 namespace risorius {
 
@@ -26,8 +28,10 @@ struct CycleCounters {
 
 /// One stream's stages and what the status says of them. Counters are written by the pipeline thread alone.
 struct PipelineStream {
-  PipelineStream(const PipelineOptions& options, Rig rig) : stages(options, std::move(rig)) { note_rig(); }
+  /// `shape_table`: null for a stream of markers; of a stream of face shapes how they become the rig's AUs.
+  PipelineStream(const PipelineOptions& options, Rig rig, const ArkitTable* shape_table = nullptr);
   FramePipeline stages;
+  std::unique_ptr<ShapeMapper> shapes;  ///< in the place of repair and solve; null for a stream of markers
   /// Why the rig does not fit the current marker set; empty if it does. For the status, from any thread.
   std::string rig_problem() const {
     const std::scoped_lock lock(mutex_);
@@ -49,15 +53,22 @@ struct PipelineStream {
     const std::scoped_lock lock(mutex_);
     return rig_;
   }
+  /// What is taken off the face shapes; all 0 for a stream of markers. From any thread.
+  std::array<double, kFaceShapes> shape_neutral() const {
+    const std::scoped_lock lock(mutex_);
+    return shape_neutral_;
+  }
   void note_rig() {
     const std::scoped_lock lock(mutex_);
     rig_ = stages.rig();
+    if (shapes) shape_neutral_ = shapes->neutral();
   }
 
  private:
   mutable std::mutex mutex_;  // taken when a set or a neutral begins and for a status, never per frame
   std::string rig_problem_;
   Rig rig_;
+  std::array<double, kFaceShapes> shape_neutral_{};
 };
 
 class PipelineThread {
@@ -86,7 +97,9 @@ class PipelineThread {
   void run() noexcept;
   void work_on(const AdmittedItem& item);
   void work_on_frame(PipelineStream& stream, const AdmittedItem& item) noexcept;
+  void map_shapes(PipelineStream& stream, const AdmittedItem& item) noexcept;
   void hand_on_solved(PipelineStream& stream, std::uint32_t stream_id) noexcept;
+  void hand_on_frame(PipelineStream& stream, std::uint32_t stream_id) noexcept;
   void hand_on_control(OutputItem::Kind kind, std::uint32_t stream_id, const MarkerSet* marker_set) noexcept;
   static void note_step(void* self, PipelineStep step) noexcept;
 

@@ -74,7 +74,8 @@ void Publisher::publish(const OutputItem& item) {
     send("au");
     if (aus.header.receive_time_ns > 0) note_latencies(item, state.latencies);
   }
-  if (item.solved.markers.count == state.marker_names.size()) {
+  // A stream of face shapes has no markers.
+  if (item.solved.markers.count > 0 && item.solved.markers.count == state.marker_names.size()) {
     context.message = state.marker_messages++;
     context.names = state.marker_names;
     encode_markers(item.solved.markers, context, buffer_);

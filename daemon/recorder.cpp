@@ -64,7 +64,7 @@ void Recorder::record(const OutputItem& item) noexcept {
       break;
     case OutputItem::Kind::kNeutral:
       finish_take(state);  // a take has one neutral
-      options_.streams[item.stream_id].rig = options_.current_rig(item.stream_id);
+      options_.streams[item.stream_id] = options_.current(item.stream_id);
       break;
     case OutputItem::Kind::kRecordingStarted:
     case OutputItem::Kind::kRecordingStopped:

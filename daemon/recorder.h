@@ -27,11 +27,11 @@ class Recorder {
     std::string metadata_json;  ///< into every take.json of the stream
   };
   struct Options {
-    std::filesystem::path folder;                             ///< made here; must not exist yet
-    std::vector<Stream> streams;                              ///< by stream id
-    std::string card_markdown;                                ///< README.md of the dataset
-    bool follow_tracker = false;                              ///< record only while the tracker records
-    std::function<Rig(std::uint32_t stream_id)> current_rig;  ///< asked when a live neutral was taken
+    std::filesystem::path folder;                            ///< made here; must not exist yet
+    std::vector<Stream> streams;                             ///< by stream id
+    std::string card_markdown;                               ///< README.md of the dataset
+    bool follow_tracker = false;                             ///< record only while the tracker records
+    std::function<Stream(std::uint32_t stream_id)> current;  ///< asked when a live neutral was taken
   };
 
   Recorder(Options options, Channel<OutputItem>& results);

@@ -2,7 +2,8 @@
 //
 //   I/O thread (run)                    pipeline thread                      publisher thread -> ZeroMQ PUB
 //   socket -> decoder -> reorder ==admitted_==> despike -> fill -> solve ==to_publish_==^
-//   control, signals, status timer                     '-> continue ==continuations_==^
+//   control, signals, status timer              face shapes -> map ------'
+//                                                     '-> continue ==continuations_==^
 //                                                                      '==to_record_==> recorder thread -> dataset
 //                                                                      folder
 //
@@ -17,6 +18,8 @@
 #include "capture/errors.h"
 #include "capture/monotonic_clock.h"
 #include "capture/version.h"
+#include "capture/wire/live_link_codec.h"
+#include "daemon/make_source.h"
 #include "daemon/status.h"
 #include "replay/commands/rig_argument.h"
 #include "replay/dataset/dataset_folder.h"
@@ -27,6 +30,19 @@ namespace {
 constexpr std::size_t kContinuationQueue = 256;
 constexpr double kLongestNeutralSeconds = 60;
 
+/// What take.json says of a stream of face shapes.
+nlohmann::json shapes_json(const PipelineStream& stream, const ArkitTable& table) {
+  nlohmann::json neutral = nlohmann::json::object();
+  const auto names = live_link_shape_names();
+  const auto offsets = stream.shape_neutral();
+  for (std::size_t i = 0; i < kFaceShapes; ++i) {
+    if (offsets[i] != 0) neutral[std::string(names[i])] = offsets[i];
+  }
+  return {{"arkit_table", {{"version", table.version}, {"facs_edition", table.facs_edition}}},
+          {"not_mapped", stream.shapes->not_mapped()},
+          {"neutral", neutral}};
+}
+
 Recorder::Options recorder_options(const Config& config, const std::deque<PipelineStream>& streams) {
   Recorder::Options options{.folder = config.record.folder};
   const nlohmann::json metadata{{"risorius", kVersion},
@@ -35,11 +51,17 @@ Recorder::Options recorder_options(const Config& config, const std::deque<Pipeli
                                 {"pseudonym", config.record.pseudonym},
                                 {"consent", config.record.consent},
                                 {"session_clock", {{"monotonic_ns", monotonic_now_ns()}, {"utc_ns", utc_now_ns()}}}};
-  std::string stages, rigs;
+  options.current = [&streams, &config, metadata](std::uint32_t i) {
+    nlohmann::json of_stream = metadata;
+    if (streams[i].shapes) of_stream["shapes"] = shapes_json(streams[i], shipped_arkit_table());
+    return Recorder::Stream{config.sources[i].name, streams[i].current_rig(), of_stream.dump()};
+  };
+  std::string stages, rigs, mapped;
   for (std::size_t i = 0; i < config.sources.size(); ++i) {
     const SourceConfig& source = config.sources[i];
-    options.streams.push_back({source.name, streams[i].current_rig(), metadata.dump()});
+    options.streams.push_back(options.current(static_cast<std::uint32_t>(i)));
     stages += "# source " + source.name + "\n" + print_stage_config(source.stages);
+    if (streams[i].shapes) mapped += (mapped.empty() ? "" : ", ") + source.name;
     rigs += (rigs.empty() ? "" : ", ") + options.streams.back().rig.name;
   }
   options.card_markdown = dataset_card_markdown({.title = options.folder.filename().string(),
@@ -48,9 +70,9 @@ Recorder::Options recorder_options(const Config& config, const std::deque<Pipeli
                                                  .pseudonym = config.record.pseudonym,
                                                  .consent = config.record.consent,
                                                  .licence = config.record.licence,
-                                                 .options_toml = stages});
+                                                 .options_toml = stages,
+                                                 .mapped = mapped});
   options.follow_tracker = config.record.follow == "tracker";
-  options.current_rig = [&streams](std::uint32_t stream) { return streams[stream].current_rig(); };
   return options;
 }
 
@@ -63,7 +85,10 @@ Service::Service(const Config& config, PipelineThread::AllocationProbe allocatio
       admitted_(static_cast<std::size_t>(config.queues.admission)),  // full: the newest frame is dropped, counted
       to_publish_(static_cast<std::size_t>(config.queues.publish)),  // full: the frame is not published, counted
       continuations_(kContinuationQueue) {                           // full: the prediction is not published, counted
-  for (const auto& source : config_.sources) streams_.emplace_back(source.stages.pipeline, rig_of_argument(source.rig));
+  for (const auto& source : config_.sources) {
+    streams_.emplace_back(source.stages.pipeline, rig_of_argument(source.rig),
+                          tells_shapes(source) ? &shipped_arkit_table() : nullptr);
+  }
   for (std::uint32_t i = 0; i < config_.sources.size(); ++i)
     inputs_.emplace_back(io_, i, config_.sources[i], admitted_, [this] { publisher_->request_status(); });
   control_ = std::make_unique<ControlServer>(io_, zmq_, config_.output.control,

@@ -16,20 +16,21 @@ struct Scheme {
   std::uint16_t lowest_port;   ///< 0: the system may choose
 };
 
-constexpr std::array kSchemes{Scheme{SourceKind::kUdp, "udp://", 0, 0}, Scheme{SourceKind::kZmq, "zmq+tcp://", 0, 0},
-                              Scheme{SourceKind::kNatnet, "natnet://", 1510, 1},
-                              Scheme{SourceKind::kQtm, "qtm://", 22223, 1},
-                              Scheme{SourceKind::kVicon, "vicon://", 801, 1}};
+constexpr std::array kSchemes{
+    Scheme{SourceKind::kUdp, "udp://", 0, 0},          Scheme{SourceKind::kZmq, "zmq+tcp://", 0, 0},
+    Scheme{SourceKind::kNatnet, "natnet://", 1510, 1}, Scheme{SourceKind::kQtm, "qtm://", 22223, 1},
+    Scheme{SourceKind::kVicon, "vicon://", 801, 1},    Scheme{SourceKind::kLiveLink, "livelink://", 11111, 0}};
 constexpr const char* kRemedy =
-    "write udp://ADDRESS:PORT or zmq+tcp://ADDRESS:PORT to listen on, or natnet://HOST, qtm://HOST, vicon://HOST to "
-    "connect to";
+    "write udp://ADDRESS:PORT, zmq+tcp://ADDRESS:PORT or livelink://ADDRESS to listen on, or natnet://HOST, "
+    "qtm://HOST, "
+    "vicon://HOST to connect to";
 
 const Scheme& scheme_of(std::string_view url) {
   for (const Scheme& scheme : kSchemes) {
     if (url.starts_with(scheme.text)) return scheme;
   }
-  throw UserError(fmt::format("\"{}\"", url), "it starts with none of udp:// zmq+tcp:// natnet:// qtm:// vicon://",
-                  kRemedy);
+  throw UserError(fmt::format("\"{}\"", url),
+                  "it starts with none of udp:// zmq+tcp:// natnet:// qtm:// vicon:// livelink://", kRemedy);
 }
 
 }  // namespace

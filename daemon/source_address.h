@@ -8,7 +8,7 @@
 
 namespace risorius {
 
-enum class SourceKind : std::uint8_t { kUdp, kZmq, kNatnet, kQtm, kVicon };
+enum class SourceKind : std::uint8_t { kUdp, kZmq, kNatnet, kQtm, kVicon, kLiveLink };
 
 struct SourceAddress {
   SourceKind kind = SourceKind::kUdp;

@@ -67,7 +67,7 @@ nlohmann::json clock_json(const ClockSync& clock) {
 nlohmann::json status_of_stream(const StreamInput& input, const PipelineStream& stream, const Publisher& publisher,
                                 std::uint32_t stream_id) {
   const SourceCounters& source = input.source();
-  const ReorderWindow& reorder = input.reorder();
+  const ReorderCounters& reorder = input.reorder();
   nlohmann::json json{
       {"endpoint", input.endpoint()}, {"rig", stream.current_rig().name}, {"rig_problem", stream.rig_problem()}};
   json["state"] = input.state();
@@ -97,7 +97,8 @@ nlohmann::json status_of_stream(const StreamInput& input, const PipelineStream& 
   json["solve"] = ledger_json(stream.stages.solver().ledger());
   json["refused_frames"] = stream.stages.refused().value();
   json["processed"] = stream.processed.value();
-  json["solved"] = stream.by_status[static_cast<std::size_t>(SolverStatus::kConverged)].value();
+  json["solved"] = stream.by_status[static_cast<std::size_t>(SolverStatus::kConverged)].value() +
+                   stream.by_status[static_cast<std::size_t>(SolverStatus::kMapped)].value();
   json["solver"] = nlohmann::json::object();
   for (std::size_t i = 0; i < kSolverStatusCount; ++i)
     json["solver"][std::string(word_of(static_cast<SolverStatus>(i)))] = stream.by_status[i].value();

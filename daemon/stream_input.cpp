@@ -19,7 +19,9 @@ StreamInput::StreamInput(boost::asio::io_context& io, std::uint32_t stream_id, c
     : name_(config.name),
       stream_id_(stream_id),
       admitted_(admitted),
+      tells_shapes_(tells_shapes(config)),
       reorder_(config.stages.reorder),
+      shape_reorder_(config.stages.reorder),
       source_(make_source(io, stream_id, config, [this] { on_ready(); })),
       tick_timer_(io),
       tick_period_ns_(std::max<std::int64_t>(1'000'000, config.stages.reorder.timeout_ns / 4)),
@@ -57,7 +59,11 @@ void StreamInput::on_ready() {
         break;
       case SourceEventKind::kFrame:
         note_arrival(event_.frame.header);
-        push_in_order(event_.frame);
+        push_in_order(reorder_, event_.frame);
+        break;
+      case SourceEventKind::kShapes:
+        note_arrival(event_.shapes.header);
+        push_in_order(shape_reorder_, event_.shapes);
         break;
       case SourceEventKind::kEndOfStream:
         if (event_.end.frames_sent > 0) reorder_.end_of_stream(event_.end.last_sequence);
@@ -72,44 +78,50 @@ void StreamInput::on_ready() {
   for (ClockSample sample; source_->pop_clock_sample(sample);)
     clock_.add_echo(sample.sent_ns, sample.tracker_ns, sample.received_ns);
   arm_watchdog();
-  if (reorder_.ledger().held.value() > 0) arm_tick();
+  if (reorder().ledger().held.value() > 0) arm_tick();
 }
 
-void StreamInput::push_in_order(const MarkerFrame& frame) {
-  while (!reorder_.push(frame)) admit_ordered_frames();
-  if (source_->keeps_order()) reorder_.give_up_gaps();
+template <class Frame>
+void StreamInput::push_in_order(ReorderWindowOf<Frame>& window, const Frame& frame) {
+  while (!window.push(frame)) admit_ordered_frames();
+  if (source_->keeps_order()) window.give_up_gaps();
   admit_ordered_frames();
 }
 
 void StreamInput::admit_ordered_frames() {
-  item_.kind = AdmittedItem::Kind::kFrame;
+  while (reorder_.pop(item_.frame)) admit_ordered(AdmittedItem::Kind::kFrame, item_.frame.header);
+  while (shape_reorder_.pop(item_.shapes)) admit_ordered(AdmittedItem::Kind::kShapes, item_.shapes.header);
+}
+
+void StreamInput::admit_ordered(AdmittedItem::Kind kind, const FrameHeader& header) {
+  stream_open_ = true;
+  admission_.received.add();
+  const bool has_set = use_set_of(header);
+  item_.kind = kind;
   item_.stream_id = stream_id_;
-  while (reorder_.pop(item_.frame)) {
-    stream_open_ = true;
-    admission_.received.add();
-    const bool admitted = use_set_of(item_.frame) && admitted_.send_frame(item_);
-    (admitted ? admission_.emitted : admission_.dropped).add();
-  }
+  (has_set && admitted_.send_frame(item_) ? admission_.emitted : admission_.dropped).add();
+}
+
+void StreamInput::flush_reorder() {
+  reorder_.flush();
+  shape_reorder_.flush();
+  admit_ordered_frames();
 }
 
 /// Frames name their set, so a set is admitted ahead of the first frame of it that comes in order. Only a redefinition
 /// of one id must first let the frames pass that still mean the old one.
 void StreamInput::describe(const MarkerSet& set) {
-  if (sets_.contains(set.id)) {
-    reorder_.flush();
-    admit_ordered_frames();
-  }
+  if (sets_.contains(set.id)) flush_reorder();
   sets_[set.id] = &set;
 }
 
 /// False if the set could not be admitted: then its frames must not be either, and the next one tries again.
-bool StreamInput::use_set_of(const MarkerFrame& frame) {
-  const auto set = sets_.find(frame.header.set_id);
+bool StreamInput::use_set_of(const FrameHeader& header) {
+  const auto set = sets_.find(header.set_id);
   if (set == sets_.end()) return false;  // the source hands on no frame of a set that it has not
   if (set->second == admitted_set_) return true;
   watchdog_.use_rate(set->second->rate_hz);
   admitted_set_ = admit_control(AdmittedItem::Kind::kMarkerSet, set->second) ? set->second : nullptr;
-  item_.kind = AdmittedItem::Kind::kFrame;
   return admitted_set_ != nullptr;
 }
 
@@ -123,8 +135,7 @@ bool StreamInput::admit_control(AdmittedItem::Kind kind, const MarkerSet* set) {
 }
 
 void StreamInput::end_stream() {
-  reorder_.flush();
-  admit_ordered_frames();
+  flush_reorder();
   if (stream_open_) admit_control(AdmittedItem::Kind::kEndOfStream, nullptr);
   stream_open_ = false;
   watchdog_.stream_ended();
@@ -160,8 +171,7 @@ void StreamInput::arm_watchdog() {
 /// What was captured before the tracker's word goes before it.
 void StreamInput::follow_recording() {
   recording_events_.add();
-  reorder_.flush();
-  admit_ordered_frames();
+  flush_reorder();
   item_.recording_name_size = event_.recording_name_size;
   item_.recording_name_bytes = event_.recording_name_bytes;
   admit_control(event_.kind == SourceEventKind::kRecordingStarted ? AdmittedItem::Kind::kRecordingStarted
@@ -177,9 +187,11 @@ void StreamInput::arm_tick() {
   tick_timer_.async_wait([this](const boost::system::error_code& error) {
     tick_armed_ = false;
     if (error) return;
-    reorder_.tick(Tick{.stream_id = stream_id_, .time_ns = monotonic_now_ns()});
+    const Tick tick{.stream_id = stream_id_, .time_ns = monotonic_now_ns()};
+    reorder_.tick(tick);
+    shape_reorder_.tick(tick);
     admit_ordered_frames();
-    if (reorder_.ledger().held.value() > 0) arm_tick();
+    if (reorder().ledger().held.value() > 0) arm_tick();
   });
 }
 

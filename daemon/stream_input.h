@@ -1,5 +1,6 @@
-// One [[source]] on the I/O thread: source -> reorder window -> the admission point. Beside that way: the watchdog, the
-// comparison of the tracker's clock with ours, and what the tracker says of its own recording.
+// One [[source]] on the I/O thread, of markers or of face shapes: source -> reorder window -> the admission point.
+// Beside that way: the watchdog, the comparison of the tracker's clock with ours, and what the tracker says of its own
+// recording.
 #pragma once
 
 #include <atomic>
@@ -40,7 +41,10 @@ class StreamInput {
   /// Where senders can send (with the port that the system chose, if asked for one), or what we are connected to.
   std::string endpoint() const { return source_->endpoint(); }
   const SourceCounters& source() const noexcept { return source_->counters(); }
-  const ReorderWindow& reorder() const noexcept { return reorder_; }
+  const ReorderCounters& reorder() const noexcept {
+    if (tells_shapes_) return shape_reorder_;
+    return reorder_;
+  }
   const StageLedger& admission() const noexcept { return admission_; }
   const Counter& control_lost() const noexcept { return control_lost_; }
   /// "streaming", "stale" (silent for three frame times), else the state of the link. From any thread.
@@ -54,10 +58,13 @@ class StreamInput {
 
  private:
   void on_ready();
-  void push_in_order(const MarkerFrame& frame);
+  template <class Frame>
+  void push_in_order(ReorderWindowOf<Frame>& window, const Frame& frame);
   void admit_ordered_frames();
+  void admit_ordered(AdmittedItem::Kind kind, const FrameHeader& header);
+  void flush_reorder();
   void describe(const MarkerSet& set);
-  bool use_set_of(const MarkerFrame& frame);
+  bool use_set_of(const FrameHeader& header);
   bool admit_control(AdmittedItem::Kind kind, const MarkerSet* set);
   void end_stream();
   void arm_tick();
@@ -68,7 +75,9 @@ class StreamInput {
   std::string name_;
   std::uint32_t stream_id_;
   Channel<AdmittedItem>& admitted_;
-  ReorderWindow reorder_;
+  bool tells_shapes_;
+  ReorderWindow reorder_;  ///< one of the two is used
+  ReorderWindowOf<ShapeFrame> shape_reorder_;
   std::unique_ptr<Source> source_;
   boost::asio::steady_timer tick_timer_;
   std::int64_t tick_period_ns_;

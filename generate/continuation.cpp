@@ -45,7 +45,7 @@ Continuer::Continuer(std::unique_ptr<ContinuationModel> model, const ContinuerOp
 }
 
 bool Continuer::process(const AuFrame& frame, Continuation& continuation) noexcept {
-  if (frame.kind != AuFrameKind::kSolved || frame.count > kMaxAus || !is_due(frame)) return false;
+  if (frame.kind == AuFrameKind::kPredicted || frame.count > kMaxAus || !is_due(frame)) return false;
   model_->observe(frame);
   continuation = Continuation{};
   continuation.header = frame.header;
@@ -59,7 +59,9 @@ bool Continuer::process(const AuFrame& frame, Continuation& continuation) noexce
 /// Times are due on a grid, so that 60 out of 125 frames/s are 60 and not 41; a quarter of an interval early counts as
 /// due, since capture times are rounded and jitter.
 bool Continuer::is_due(const AuFrame& frame) noexcept {
-  if (frame.status != SolverStatus::kConverged && frame.status != SolverStatus::kIterationLimit) return false;
+  const bool has_aus = frame.status == SolverStatus::kConverged || frame.status == SolverStatus::kIterationLimit ||
+                       frame.status == SolverStatus::kMapped;
+  if (!has_aus) return false;
   const std::int64_t time_ns = frame.header.capture_time_ns;
   if (started_ && time_ns == last_time_ns_ && frame.header.set_id == set_id_) return false;
   if (!started_ || time_ns < last_time_ns_ || frame.header.set_id != set_id_) {

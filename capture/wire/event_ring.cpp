@@ -8,6 +8,10 @@
 namespace risorius {
 namespace {
 
+bool is_frame(SourceEventKind kind) noexcept {
+  return kind == SourceEventKind::kFrame || kind == SourceEventKind::kShapes;
+}
+
 std::size_t checked(std::size_t depth) {
   if (depth < 2 || depth > 65536) {
     throw UserError("event_capacity", fmt::format("{} is out of range", depth), "2 to 65536");
@@ -27,7 +31,7 @@ SourceEvent& EventRing::emit(SourceEventKind kind, std::uint32_t session) noexce
   event.set = nullptr;
   event.end = {};
   event.recording_name_size = 0;
-  if (kind == SourceEventKind::kFrame) ++waiting_frames_;
+  if (is_frame(kind)) ++waiting_frames_;
   high_water_.raise_to(count_);
   return event;
 }
@@ -37,7 +41,7 @@ bool EventRing::pop(SourceEvent& event) noexcept {
   event = events_[first_];
   first_ = (first_ + 1) % events_.size();
   --count_;
-  if (event.kind == SourceEventKind::kFrame) --waiting_frames_;
+  if (is_frame(event.kind)) --waiting_frames_;
   return true;
 }
 

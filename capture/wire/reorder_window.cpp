@@ -22,7 +22,8 @@ std::int64_t distance(std::uint64_t sequence, std::uint64_t next) noexcept {
 
 }  // namespace
 
-ReorderWindow::ReorderWindow(const ReorderOptions& options) : options_(options) {
+template <class Frame>
+ReorderWindowOf<Frame>::ReorderWindowOf(const ReorderOptions& options) : options_(options) {
   constexpr auto kMaxForward = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
   require(options.depth >= 1 && options.depth <= 64, "depth", options.depth, "1 to 64 frames");
   require(options.timeout_ns > 0, "timeout_ns", options.timeout_ns, "more than 0 ns");
@@ -36,7 +37,8 @@ ReorderWindow::ReorderWindow(const ReorderOptions& options) : options_(options) 
   fates_.resize(std::bit_ceil(static_cast<std::size_t>(options.restart_back_frames)));
 }
 
-bool ReorderWindow::is_restart(const MarkerFrame& frame, std::int64_t ahead) const noexcept {
+template <class Frame>
+bool ReorderWindowOf<Frame>::is_restart(const Frame& frame, std::int64_t ahead) const noexcept {
   if (ahead >= 0) return static_cast<std::uint64_t>(ahead) > options_.restart_forward_frames;
   if (0 - static_cast<std::uint64_t>(ahead) > options_.restart_back_frames) return true;
   // The sequence goes back and time goes on: the sender has started over, soon after it started. Not so where the end
@@ -44,7 +46,8 @@ bool ReorderWindow::is_restart(const MarkerFrame& frame, std::int64_t ahead) con
   return frame.header.capture_time_ns > newest_capture_time_ns_ && fate_of(frame.header.sequence) != Fate::kLost;
 }
 
-void ReorderWindow::start(std::uint64_t sequence) noexcept {
+template <class Frame>
+void ReorderWindowOf<Frame>::start(std::uint64_t sequence) noexcept {
   started_ = true;
   next_sequence_ = sequence;
   newest_capture_time_ns_ = std::numeric_limits<std::int64_t>::min();
@@ -52,7 +55,8 @@ void ReorderWindow::start(std::uint64_t sequence) noexcept {
   gap_seen_ns_.reset();
 }
 
-void ReorderWindow::drop_behind(std::uint64_t sequence) noexcept {
+template <class Frame>
+void ReorderWindowOf<Frame>::drop_behind(std::uint64_t sequence) noexcept {
   ledger_.dropped.add();
   Fate& fate = fate_of(sequence);
   if (fate == Fate::kReleased) {
@@ -64,7 +68,8 @@ void ReorderWindow::drop_behind(std::uint64_t sequence) noexcept {
   fate = Fate::kReleased;  // received, though not used: another copy is a duplicate
 }
 
-void ReorderWindow::insert(const MarkerFrame& frame) noexcept {
+template <class Frame>
+void ReorderWindowOf<Frame>::insert(const Frame& frame) noexcept {
   const std::int64_t ahead = distance(frame.header.sequence, next_sequence_);
   const auto begin = order_.begin() + static_cast<std::ptrdiff_t>(released_);
   const auto end = order_.begin() + static_cast<std::ptrdiff_t>(frame_count_);
@@ -80,7 +85,8 @@ void ReorderWindow::insert(const MarkerFrame& frame) noexcept {
   ++frame_count_;
 }
 
-void ReorderWindow::release_in_order() noexcept {
+template <class Frame>
+void ReorderWindowOf<Frame>::release_in_order() noexcept {
   while (waiting() > 0 && at(released_).header.sequence == next_sequence_) {
     newest_capture_time_ns_ = std::max(newest_capture_time_ns_, at(released_).header.capture_time_ns);
     fate_of(next_sequence_++) = Fate::kReleased;
@@ -89,7 +95,8 @@ void ReorderWindow::release_in_order() noexcept {
   }
 }
 
-void ReorderWindow::lose_until(std::uint64_t sequence) noexcept {
+template <class Frame>
+void ReorderWindowOf<Frame>::lose_until(std::uint64_t sequence) noexcept {
   const std::uint64_t gap = sequence - next_sequence_;
   lost_.add(gap);
   for (std::uint64_t back = 1; back <= std::min<std::uint64_t>(gap, fates_.size()); ++back) {
@@ -98,17 +105,20 @@ void ReorderWindow::lose_until(std::uint64_t sequence) noexcept {
   next_sequence_ = sequence;
 }
 
-void ReorderWindow::give_up_gap() noexcept {
+template <class Frame>
+void ReorderWindowOf<Frame>::give_up_gap() noexcept {
   lose_until(at(released_).header.sequence);
   release_in_order();
 }
 
-void ReorderWindow::release_all() noexcept {
+template <class Frame>
+void ReorderWindowOf<Frame>::release_all() noexcept {
   while (waiting() > 0) give_up_gap();
   gap_seen_ns_.reset();
 }
 
-bool ReorderWindow::push(const MarkerFrame& frame) noexcept {
+template <class Frame>
+bool ReorderWindowOf<Frame>::push(const Frame& frame) noexcept {
   if (frame_count_ == options_.depth) return false;
   ledger_.received.add();
   const std::uint64_t sequence = frame.header.sequence;
@@ -131,7 +141,8 @@ bool ReorderWindow::push(const MarkerFrame& frame) noexcept {
   return true;
 }
 
-bool ReorderWindow::pop(MarkerFrame& frame) noexcept {
+template <class Frame>
+bool ReorderWindowOf<Frame>::pop(Frame& frame) noexcept {
   if (released_ == 0) return false;
   frame = at(0);
   std::rotate(order_.begin(), order_.begin() + 1, order_.begin() + static_cast<std::ptrdiff_t>(frame_count_));
@@ -142,7 +153,8 @@ bool ReorderWindow::pop(MarkerFrame& frame) noexcept {
   return true;
 }
 
-void ReorderWindow::tick(Tick tick) noexcept {
+template <class Frame>
+void ReorderWindowOf<Frame>::tick(Tick tick) noexcept {
   if (waiting() == 0) return;
   if (!gap_seen_ns_) {
     gap_seen_ns_ = tick.time_ns;
@@ -152,21 +164,27 @@ void ReorderWindow::tick(Tick tick) noexcept {
   }
 }
 
-void ReorderWindow::give_up_gaps() noexcept {
+template <class Frame>
+void ReorderWindowOf<Frame>::give_up_gaps() noexcept {
   if (waiting() > 0) release_all();
 }
 
-void ReorderWindow::flush() noexcept {
+template <class Frame>
+void ReorderWindowOf<Frame>::flush() noexcept {
   release_all();
   started_ = false;
 }
 
-void ReorderWindow::end_of_stream(std::uint64_t last_sequence) noexcept {
+template <class Frame>
+void ReorderWindowOf<Frame>::end_of_stream(std::uint64_t last_sequence) noexcept {
   release_all();
   const std::int64_t missing = started_ ? distance(last_sequence + 1, next_sequence_) : 0;
   if (missing > 0 && static_cast<std::uint64_t>(missing) <= options_.restart_forward_frames) {
     lose_until(last_sequence + 1);
   }
 }
+
+template class ReorderWindowOf<MarkerFrame>;
+template class ReorderWindowOf<ShapeFrame>;
 
 }  // namespace risorius

@@ -8,6 +8,7 @@
 
 #include "capture/frames.h"
 #include "capture/marker_set.h"
+#include "capture/shape_frame.h"
 
 namespace risorius {
 
@@ -20,11 +21,12 @@ struct EndOfStream {
 
 enum class SourceEventKind : std::uint8_t {
   kNewSession,
-  kMarkerSet,
+  kMarkerSet,  ///< for a source of shapes: a set without names, which states the rate
   kFrame,
   kEndOfStream,
   kRecordingStarted,  ///< the tracker records: the frames after this event belong to its recording
   kRecordingStopped,
+  kShapes,  ///< a frame at the level of AUs: it enters after the solve
 };
 
 /// The longest name of a tracker's recording that is kept, in bytes.
@@ -38,6 +40,7 @@ struct SourceEvent {
   std::uint8_t recording_name_size = 0;
   std::array<char, kMaxRecordingNameBytes> recording_name_bytes{};
   MarkerFrame frame;  ///< kFrame
+  ShapeFrame shapes;  ///< kShapes
 
   /// kRecordingStarted, kRecordingStopped: the tracker's name for it; empty if it gives none.
   std::string_view recording_name() const noexcept { return {recording_name_bytes.data(), recording_name_size}; }

@@ -22,12 +22,16 @@ constexpr std::size_t kMaxBatchesPerWakeUp = 4;
 constexpr std::size_t kSlotBytes = 2048;
 static_assert(kSlotBytes > kMaxDatagramBytes);
 
-udp::socket bound_socket(boost::asio::io_context& io, const UdpSourceOptions& options) {
-  const std::string place = fmt::format("udp://{}:{}", options.address, options.port);
+constexpr std::string_view scheme_of(const MarkerStreamDecoder&) { return "udp"; }
+constexpr std::string_view scheme_of(const LiveLinkSession&) { return "livelink"; }
+
+udp::socket bound_socket(boost::asio::io_context& io, std::string_view scheme, const std::string& host,
+                         std::uint16_t port) {
+  const std::string place = fmt::format("{}://{}:{}", scheme, host, port);
   error_code error;
-  const auto address = boost::asio::ip::make_address(options.address, error);
+  const auto address = boost::asio::ip::make_address(host, error);
   if (error) throw UserError(place, "the address is no IP address", "use 127.0.0.1, or 0.0.0.0 for all interfaces");
-  const udp::endpoint endpoint(address, options.port);
+  const udp::endpoint endpoint(address, port);
   udp::socket socket(io);
   socket.open(endpoint.protocol(), error);
   if (!error) socket.bind(endpoint, error);
@@ -40,10 +44,11 @@ udp::socket bound_socket(boost::asio::io_context& io, const UdpSourceOptions& op
 
 }  // namespace
 
-struct UdpSource::Impl : std::enable_shared_from_this<UdpSource::Impl> {
-  Impl(boost::asio::io_context& io, const UdpSourceOptions& options, std::function<void()> ready)
+template <class Decoder, class Options>
+struct UdpSourceOf<Decoder, Options>::Impl : std::enable_shared_from_this<Impl> {
+  Impl(boost::asio::io_context& io, const UdpSourceOptionsOf<Options>& options, std::function<void()> ready)
       : decoder(options.decoder),
-        socket(bound_socket(io, options)),
+        socket(bound_socket(io, scheme_of(decoder), options.address, options.port)),
         on_ready(std::move(ready)),
         counters(decoder.counters()) {
     port = socket.local_endpoint().port();
@@ -53,7 +58,7 @@ struct UdpSource::Impl : std::enable_shared_from_this<UdpSource::Impl> {
   }
 
   void wait() {
-    socket.async_wait(udp::socket::wait_read, [self = shared_from_this()](const error_code& error) {
+    socket.async_wait(udp::socket::wait_read, [self = this->shared_from_this()](const error_code& error) {
       if (!error && self->running) self->drain();
     });
   }
@@ -94,7 +99,7 @@ struct UdpSource::Impl : std::enable_shared_from_this<UdpSource::Impl> {
     }
   }
 
-  MarkerStreamDecoder decoder;
+  Decoder decoder;
   udp::socket socket;
   std::function<void()> on_ready;
   ReceiveBatch batch{kBatch, kSlotBytes};
@@ -107,42 +112,74 @@ struct UdpSource::Impl : std::enable_shared_from_this<UdpSource::Impl> {
 
 namespace {
 
-const UdpSourceOptions& checked(const UdpSourceOptions& options) {
-  if (options.receive_buffer_bytes < 1024 || options.receive_buffer_bytes > (std::size_t{1} << 30)) {
-    throw UserError("receive_buffer_bytes", fmt::format("{} is out of range", options.receive_buffer_bytes),
-                    "1024 to 1073741824 bytes");
-  }
+void check_receive_buffer(std::size_t bytes) {
+  if (bytes >= 1024 && bytes <= (std::size_t{1} << 30)) return;
+  throw UserError("receive_buffer_bytes", fmt::format("{} is out of range", bytes), "1024 to 1073741824 bytes");
+}
+
+template <class Options>
+const UdpSourceOptionsOf<Options>& checked(const UdpSourceOptionsOf<Options>& options) {
+  check_receive_buffer(options.receive_buffer_bytes);
   return options;
 }
 
 }  // namespace
 
-UdpSource::UdpSource(boost::asio::io_context& io, const UdpSourceOptions& options, std::function<void()> on_ready)
+template <class Decoder, class Options>
+UdpSourceOf<Decoder, Options>::UdpSourceOf(boost::asio::io_context& io, const UdpSourceOptionsOf<Options>& options,
+                                           std::function<void()> on_ready)
     : impl_(std::make_shared<Impl>(io, checked(options), std::move(on_ready))) {}
 
-UdpSource::~UdpSource() { stop(); }
+template <class Decoder, class Options>
+UdpSourceOf<Decoder, Options>::~UdpSourceOf() {
+  stop();
+}
 
-void UdpSource::start() {
+template <class Decoder, class Options>
+void UdpSourceOf<Decoder, Options>::start() {
   if (impl_->running || !impl_->socket.is_open()) return;
   impl_->running = true;
   impl_->wait();
 }
 
-void UdpSource::stop() noexcept {
+template <class Decoder, class Options>
+void UdpSourceOf<Decoder, Options>::stop() noexcept {
   impl_->running = false;
   error_code ignored;
   impl_->socket.close(ignored);
 }
 
-void UdpSource::resume() {
+template <class Decoder, class Options>
+void UdpSourceOf<Decoder, Options>::resume() {
   if (impl_->running && std::exchange(impl_->paused, false)) impl_->wait();
 }
 
-MarkerStreamDecoder& UdpSource::decoder() noexcept { return impl_->decoder; }
-bool UdpSource::pop(SourceEvent& event) noexcept { return impl_->decoder.pop(event); }
-void UdpSource::flush() noexcept { impl_->decoder.flush(); }
-const SourceCounters& UdpSource::counters() const noexcept { return impl_->counters; }
-std::uint16_t UdpSource::port() const noexcept { return impl_->port; }
-std::string UdpSource::endpoint() const { return fmt::format("udp://{}:{}", impl_->address, impl_->port); }
+template <class Decoder, class Options>
+Decoder& UdpSourceOf<Decoder, Options>::decoder() noexcept {
+  return impl_->decoder;
+}
+template <class Decoder, class Options>
+bool UdpSourceOf<Decoder, Options>::pop(SourceEvent& event) noexcept {
+  return impl_->decoder.pop(event);
+}
+template <class Decoder, class Options>
+void UdpSourceOf<Decoder, Options>::flush() noexcept {
+  impl_->decoder.flush();
+}
+template <class Decoder, class Options>
+const SourceCounters& UdpSourceOf<Decoder, Options>::counters() const noexcept {
+  return impl_->counters;
+}
+template <class Decoder, class Options>
+std::uint16_t UdpSourceOf<Decoder, Options>::port() const noexcept {
+  return impl_->port;
+}
+template <class Decoder, class Options>
+std::string UdpSourceOf<Decoder, Options>::endpoint() const {
+  return fmt::format("{}://{}:{}", scheme_of(impl_->decoder), impl_->address, impl_->port);
+}
+
+template class UdpSourceOf<MarkerStreamDecoder, DecoderOptions>;
+template class UdpSourceOf<LiveLinkSession, LiveLinkOptions>;
 
 }  // namespace risorius

@@ -1,6 +1,7 @@
-// Receives the native protocol over UDP: datagrams of one socket -> events of one MarkerStreamDecoder.
+// Receives a protocol of datagrams: those of one socket -> events of one decoder, MarkerStreamDecoder (the native
+// protocol) or LiveLinkSession.
 // Lives on the thread that runs the io_context. Drains the socket in bounded batches and then calls `on_ready` once,
-// which should pop the decoder until it has no more. If it leaves the decoder full, the source pauses until resume():
+// which should pop the events until it has no more. If it leaves the decoder full, the source pauses until resume():
 // what comes meanwhile waits in the kernel's buffer, and what does not fit there is counted as kernel_drops. Nothing
 // allocates per frame.
 #pragma once
@@ -11,6 +12,7 @@
 #include <memory>
 #include <string>
 
+#include "capture/wire/live_link_session.h"
 #include "capture/wire/marker_stream_decoder.h"
 #include "capture/wire/source.h"
 
@@ -20,18 +22,21 @@ class io_context;
 
 namespace risorius {
 
-struct UdpSourceOptions {
+template <class Options>
+struct UdpSourceOptionsOf {
   std::string address = "127.0.0.1";                   ///< of the interface to listen on, IPv4 or IPv6
   std::uint16_t port = 7000;                           ///< 0: the system chooses
   std::size_t receive_buffer_bytes = 8 * 1024 * 1024;  ///< asked of the kernel, 1 KiB to 1 GiB
-  DecoderOptions decoder;
+  Options decoder;
 };
 
-class UdpSource : public Source {
+/// `Decoder`: MarkerStreamDecoder or LiveLinkSession, made of its `Options`.
+template <class Decoder, class Options>
+class UdpSourceOf : public Source {
  public:
   /// Binds. Throws UserError naming address:port or the option, and the remedy.
-  UdpSource(boost::asio::io_context& io, const UdpSourceOptions& options, std::function<void()> on_ready);
-  ~UdpSource() override;
+  UdpSourceOf(boost::asio::io_context& io, const UdpSourceOptionsOf<Options>& options, std::function<void()> on_ready);
+  ~UdpSourceOf() override;
 
   void start() override;
   void stop() noexcept override;
@@ -41,12 +46,19 @@ class UdpSource : public Source {
   std::string endpoint() const override;
   const SourceCounters& counters() const noexcept override;
 
-  MarkerStreamDecoder& decoder() noexcept;
+  Decoder& decoder() noexcept;
   std::uint16_t port() const noexcept;
 
  private:
   struct Impl;
   std::shared_ptr<Impl> impl_;  ///< shared with the handler that waits in the io_context
 };
+
+using UdpSourceOptions = UdpSourceOptionsOf<DecoderOptions>;
+using UdpSource = UdpSourceOf<MarkerStreamDecoder, DecoderOptions>;
+using LiveLinkSourceOptions = UdpSourceOptionsOf<LiveLinkOptions>;
+using LiveLinkSource = UdpSourceOf<LiveLinkSession, LiveLinkOptions>;
+extern template class UdpSourceOf<MarkerStreamDecoder, DecoderOptions>;
+extern template class UdpSourceOf<LiveLinkSession, LiveLinkOptions>;
 
 }  // namespace risorius

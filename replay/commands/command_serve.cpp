@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "replay/commands/commands.h"
-#include "replay/commands/pace_arguments.h"
 #include "replay/commands/take_arguments.h"
 #include "replay/live/take_player.h"
 #include "replay/progress_line.h"
@@ -23,8 +22,8 @@ constexpr double kFrameCapHz = 4000;  // with --speed max: a client must not dro
 
 struct ServeArguments {
   std::string take;
-  bool wait = false, quiet = false;
-  PaceArguments pace;
+  bool wait = false;
+  PlayArguments play;
   TakeArguments take_arguments;
 };
 
@@ -63,52 +62,64 @@ class ProgressTimer {
 };
 
 void serve(const ServeArguments& arguments, const MakeTrackerServer& make_server) {
-  const TakePlayerOptions options{.pace = {.speed = arguments.pace.speed_factor(), .frame_cap_hz = kFrameCapHz},
-                                  .loop = arguments.pace.loop,
-                                  .wait_for_client = arguments.wait};
   const auto take = open_take_or_builtin(arguments.take, arguments.take_arguments.options());
   print_warnings(*take);
   boost::asio::io_context io(1);
   const auto server = make_server(io);
-  TakePlayer player(io, *take, *server, options, [&io] { io.stop(); });
+  play_to_server(io, *take, *server, arguments.play, arguments.wait,
+                 fmt::format("serving {} on {}", arguments.take, server->endpoint()));
+}
+
+}  // namespace
+
+void PlayArguments::add_to(CLI::App& command) {
+  pace.add_to(command);
+  command.add_flag("--quiet", quiet, "no progress line and no summary");
+}
+
+void play_to_server(boost::asio::io_context& io, TakeReader& take, TrackerServer& server,
+                    const PlayArguments& arguments, bool wait_for_client, const std::string& announcement) {
+  const TakePlayerOptions options{.pace = {.speed = arguments.pace.speed_factor(), .frame_cap_hz = kFrameCapHz},
+                                  .loop = arguments.pace.loop,
+                                  .wait_for_client = wait_for_client};
+  TakePlayer player(io, take, server, options, [&io] { io.stop(); });
   boost::asio::signal_set signals(io, SIGINT, SIGTERM);
   signals.async_wait([&io](const boost::system::error_code& error, int) {
     if (!error) io.stop();
   });
   player.start();
-  fmt::print("serving {} on {}\n", arguments.take, server->endpoint());
+  fmt::print("{}\n", announcement);
   std::fflush(stdout);
   {
     std::unique_ptr<ProgressTimer> progress;
     if (!arguments.quiet) {
-      progress = std::make_unique<ProgressTimer>(io, player, options.loop ? 0 : take->info().frame_count.value_or(0));
+      progress = std::make_unique<ProgressTimer>(io, player, options.loop ? 0 : take.info().frame_count.value_or(0));
     }
     io.run();
     if (progress) progress->finish();
   }
   player.stop();
-  server->stop();
-  if (!arguments.quiet) print_summary(*server, player);
+  server.stop();
+  if (!arguments.quiet) print_summary(server, player);
 }
-
-}  // namespace
 
 CLI::App* add_serve_protocol(CLI::App& serve_command, const std::string& name, const std::string& description,
                              MakeTrackerServer make_server) {
   CLI::App* command = serve_command.add_subcommand(name, description);
   auto arguments = std::make_shared<ServeArguments>();
   command->add_option("take", arguments->take, "take (.c3d, .csv), or \"builtin\", or \"builtin:SECONDS\"")->required();
-  arguments->pace.add_to(*command);
+  arguments->play.add_to(*command);
   command->add_flag("--wait", arguments->wait, "begin the take when the first client wants frames");
-  command->add_flag("--quiet", arguments->quiet, "no progress line and no summary");
   arguments->take_arguments.add_to(*command);
   command->callback([arguments, make_server = std::move(make_server)] { serve(*arguments, make_server); });
   return command;
 }
 
 void add_serve_command(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("serve", "play a take as a tracker: OptiTrack, Qualisys or Vicon");
+  CLI::App* command =
+      app.add_subcommand("serve", "play a take as a tracker: OptiTrack, Qualisys, Vicon, or Live Link Face");
   command->require_subcommand(1);
+  add_serve_livelink(*command);
   add_serve_natnet(*command);
   add_serve_qtm(*command);
   add_serve_vicon(*command);

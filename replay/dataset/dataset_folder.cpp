@@ -38,6 +38,12 @@ void finish_dataset_folder(const std::filesystem::path& folder, const std::strin
 }
 
 std::string dataset_card_markdown(const DatasetCard& card) {
+  const std::string mapped =
+      card.mapped.empty()
+          ? ""
+          : "**Takes of " + card.mapped +
+                " have no markers**: a face tracker's shapes (ARKit) were mapped to action units. These "
+                "intensities are a proxy, not a measurement.\n\n";
   return fmt::format(
       "---\n"
       "title: {}\n"
@@ -51,6 +57,7 @@ std::string dataset_card_markdown(const DatasetCard& card) {
       "---\n\n"
       "# {}\n\n"
       "Facial marker takes, cleaned, with FACS action-unit intensities solved from them. One folder per take:\n\n"
+      "{}"
       "| file | content |\n|---|---|\n"
       "| `cleaned.c3d` | markers in mm after repair; a point that is not known has residual -1 |\n"
       "| `au.csv` | intensity of each AU per frame, 0 to the rig's bound (1 = the rig's recorded maximum); empty = not "
@@ -64,7 +71,7 @@ std::string dataset_card_markdown(const DatasetCard& card) {
       "Whole dataset unchanged: `sha256sum -c manifest-sha256.txt`.\n\n"
       "Effective options:\n\n```toml\n{}```\n",
       quoted(card.title), quoted(card.licence), quoted(card.rig), quoted(card.mode), quoted(card.pseudonym),
-      quoted(card.consent), quoted(kVersion), quoted(kInstructionSet), card.title, card.options_toml);
+      quoted(card.consent), quoted(kVersion), quoted(kInstructionSet), card.title, mapped, card.options_toml);
 }
 
 }  // namespace risorius

@@ -23,6 +23,7 @@ struct DatasetCard {
   std::string consent;       ///< reference to the consent; empty = not stated
   std::string licence;       ///< of the dataset; empty = not stated
   std::string options_toml;  ///< the effective options of all stages
+  std::string mapped;        ///< takes whose AUs are mapped from face shapes, by source; empty = none
 };
 std::string dataset_card_markdown(const DatasetCard& card);
 

@@ -114,7 +114,7 @@ void EpisodeDetector::follow(Track& track, const AuFrame& frame, std::size_t col
     close(track, column, EpisodeEnd::kNotObserved);
   const double intensity = frame.intensity[column];
   const bool is_seen =
-      frame.kind == AuFrameKind::kSolved && frame.state[column] == AuState::kObserved && std::isfinite(intensity);
+      frame.kind != AuFrameKind::kPredicted && frame.state[column] == AuState::kObserved && std::isfinite(intensity);
   if (!is_seen) return;
   if (scaled(track, intensity) < track.cut_points[0] - options_.hysteresis) {
     if (track.is_open) close(track, column, EpisodeEnd::kOffset);

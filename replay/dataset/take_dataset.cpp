@@ -57,7 +57,7 @@ void TakeDataset::open_files(double rate_hz) {
   rate_hz_ = rate_hz;
   MarkerSet written = markers_;
   written.rate_hz = rate_hz;
-  c3d_ = std::make_unique<C3dWriter>(partial_folder_ / "cleaned.c3d", written, kVersion);
+  if (!markers_.names.empty()) c3d_ = std::make_unique<C3dWriter>(partial_folder_ / "cleaned.c3d", written, kVersion);
   au_csv_ = std::make_unique<AuCsvWriter>(partial_folder_ / "au.csv", rig_.au_names());
   au_sd_csv_ = std::make_unique<AtomicFile>(partial_folder_ / "au_sd.csv");
   pose_csv_ = std::make_unique<AtomicFile>(partial_folder_ / "pose.csv");
@@ -108,7 +108,7 @@ void TakeDataset::write_row(const SolvedFrame& frame) {
   }
   write_lost_until(header.sequence);
   const double time_s = static_cast<double>(difference_ns(header.capture_time_ns, first_capture_time_ns_)) * 1e-9;
-  c3d_->write(frame.markers);
+  if (c3d_) c3d_->write(frame.markers);
   au_csv_->write(frame.aus);
   write_pose(frame.aus);
   write_quality(frame, time_s);
@@ -129,7 +129,7 @@ void TakeDataset::write_lost_until(std::uint64_t sequence) {
     lost.aus.count = static_cast<std::uint32_t>(rig_.au_count());
     const double time_s = static_cast<double>(next_sequence_ - first_sequence_) / rate_hz_;
     lost.aus.header.capture_time_ns = first_capture_time_ns_ + std::llround(time_s * 1e9);
-    c3d_->write(lost.markers);
+    if (c3d_) c3d_->write(lost.markers);
     au_csv_->write(lost.aus);
     append_row(line_, next_sequence_);
     line_ += ",,,,,,,\n";
@@ -160,7 +160,7 @@ void TakeDataset::write_pose(const AuFrame& frame) {
   append_row(line_, frame.header.sequence);
   for (std::uint32_t i = 0; i < frame.count; ++i) {
     line_ += ',';
-    if (frame.state[i] == AuState::kObserved)
+    if (frame.state[i] == AuState::kObserved && std::isfinite(frame.standard_deviation[i]))
       fmt::format_to(std::back_inserter(line_), "{}", frame.standard_deviation[i]);
   }
   line_ += '\n';
@@ -181,10 +181,15 @@ void TakeDataset::write_quality(const SolvedFrame& frame, double time_s) {
   missing_count_ += count_of(MarkerState::kMissing);
   sample_count_ += frame.markers.count;
   line_.clear();
-  fmt::format_to(std::back_inserter(line_), "{},{},{},{},{},{},{},{},{},{},{},{}\n", frame.markers.header.sequence,
-                 time_s, count_of(MarkerState::kMeasured), count_of(MarkerState::kFilled),
-                 count_of(MarkerState::kRejected), count_of(MarkerState::kMissing), word_of(frame.aus.status),
-                 frame.aus.residual_rms_mm, frame.aus.kkt_residual, marker_states, au_states,
+  fmt::format_to(std::back_inserter(line_), "{},{},{},{},{},{},{},", frame.markers.header.sequence, time_s,
+                 count_of(MarkerState::kMeasured), count_of(MarkerState::kFilled), count_of(MarkerState::kRejected),
+                 count_of(MarkerState::kMissing), word_of(frame.aus.status));
+  if (frame.aus.kind == AuFrameKind::kMapped) {
+    line_ += ',';
+  } else {
+    fmt::format_to(std::back_inserter(line_), "{},{}", frame.aus.residual_rms_mm, frame.aus.kkt_residual);
+  }
+  fmt::format_to(std::back_inserter(line_), ",{},{},{}\n", marker_states, au_states,
                  text_of(frame.markers.header.timecode));
   quality_csv_->write(line_);
 }
@@ -214,7 +219,7 @@ void TakeDataset::finish() {
   episode_detector_->flush();
   keep_episodes();
   save_episodes(partial_folder_ / "episodes.csv", rig_.au_names(), episodes_);
-  c3d_->finish();
+  if (c3d_) c3d_->finish();
   au_csv_->finish();
   au_sd_csv_->commit();
   pose_csv_->commit();
@@ -225,6 +230,14 @@ void TakeDataset::finish() {
   std::filesystem::rename(partial_folder_, folder_, error);
   if (error)
     throw UserError(folder_.string(), "cannot be put in place: " + error.message(), "see " + partial_folder_.string());
+}
+
+void TakeDataset::write_marker_facts(nlohmann::json& json) const {
+  json["marker_energy_explained"] = {{"by_head_pose", energy_.explained_by_head()},
+                                     {"with_aus", energy_.explained_with_aus()},
+                                     {"of_the_face_by_aus", energy_.face_explained_by_aus()}};
+  json["residual_rms_mm"] = energy_.residual_rms_mm();
+  json["largest_kkt_residual"] = largest_kkt_residual_;
 }
 
 void TakeDataset::write_take_json() {
@@ -243,13 +256,10 @@ void TakeDataset::write_take_json() {
   json["aus"] = rig_.au_names();
   json["facs_edition"] = rig_.facs_edition;
   json["rig"] = {{"name", rig_.name}, {"source", rig_.source}, {"file", "rig.json"}};
+  json["level"] = markers_.names.empty() ? "au" : "markers";
   json["marker_samples"] = {
       {"all", sample_count_}, {"filled", filled_count_}, {"rejected", rejected_count_}, {"missing", missing_count_}};
-  json["marker_energy_explained"] = {{"by_head_pose", energy_.explained_by_head()},
-                                     {"with_aus", energy_.explained_with_aus()},
-                                     {"of_the_face_by_aus", energy_.face_explained_by_aus()}};
-  json["residual_rms_mm"] = energy_.residual_rms_mm();
-  json["largest_kkt_residual"] = largest_kkt_residual_;
+  if (!markers_.names.empty()) write_marker_facts(json);
   json["episodes"] = episodes_.size();
   AtomicFile file(partial_folder_ / "take.json");
   file.write(json.dump(1) + "\n");

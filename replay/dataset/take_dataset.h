@@ -1,13 +1,14 @@
 // One take of a dataset folder, written frame by frame as the frames come: cleaned.c3d, au.csv, au_sd.csv, pose.csv,
 // quality.csv, episodes.csv, rig.json and, last, take.json. replay/README.md describes the files.
 // Rows begin with the frame's sequence number, and C3D frame i is number first_sequence + i: frames that were lost on
-// the way are there as missing.
+// the way are there as missing. A take at the level of AUs (a set without names) has no cleaned.c3d.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -52,7 +53,10 @@ class TakeDataset {
   const std::filesystem::path& folder() const noexcept { return folder_; }
   std::uint64_t frame_count() const noexcept { return frame_count_; }
   std::uint64_t lost_count() const noexcept { return lost_count_; }
-  std::uint64_t solved_count() const noexcept { return status_count(SolverStatus::kConverged); }
+  /// Frames with AUs, solved or mapped.
+  std::uint64_t solved_count() const noexcept {
+    return status_count(SolverStatus::kConverged) + status_count(SolverStatus::kMapped);
+  }
   /// Of the frames that came.
   std::uint64_t status_count(SolverStatus status) const noexcept {
     return status_counts_[static_cast<std::size_t>(status)];
@@ -72,6 +76,7 @@ class TakeDataset {
   void write_lost_until(std::uint64_t sequence);
   void find_episodes(const AuFrame& frame);
   void keep_episodes();
+  void write_marker_facts(nlohmann::json& json) const;
   void write_take_json();
 
   std::filesystem::path folder_, partial_folder_;

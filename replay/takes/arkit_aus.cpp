@@ -116,28 +116,6 @@ std::map<std::string, std::size_t, std::less<>> index_of(const std::vector<std::
   return index;
 }
 
-/// One AU's sums over columns of the series.
-struct Reading {
-  struct Term {
-    std::size_t column;
-    double weight;
-  };
-  std::vector<std::vector<Term>> alternatives;
-  double low, high;
-
-  double of(const std::vector<double>& row) const {
-    double largest = kNone;
-    for (const auto& terms : alternatives) {
-      double sum = 0;
-      for (const Term& term : terms) sum += term.weight * row[term.column];
-      if (std::isnan(sum)) return kNone;
-      if (!(largest >= sum)) largest = sum;
-    }
-    const double value = (largest - low) / (high - low);
-    return high < 1 ? std::clamp(value, 0.0, 1.0) : std::max(0.0, value);
-  }
-};
-
 }  // namespace
 
 ArkitTable parse_arkit_table(std::string_view json, const std::string& place) { return TableParser(place).parse(json); }
@@ -155,10 +133,9 @@ const ArkitTable& shipped_arkit_table() {
   return table;
 }
 
-AuSeries aus_of_shapes(const AuSeries& shapes, const ArkitTable& table, JawColumns jaw, bool actions_only) {
-  const auto column_of = index_of(shapes.names);
-  AuSeries aus{.frames = shapes.frames};
-  std::vector<Reading> readings;
+ArkitReader::ArkitReader(const std::vector<std::string>& shape_names, const ArkitTable& table, JawColumns jaw,
+                         bool actions_only) {
+  const auto column_of = index_of(shape_names);
   for (const ArkitAu& au : table.aus) {
     const bool wanted = jaw == JawColumns::kWhole ? au.for_whole_jaw : au.for_split_jaw;
     if (!wanted || au.read.empty() || (actions_only && au.is_consequence)) continue;
@@ -173,14 +150,31 @@ AuSeries aus_of_shapes(const AuSeries& shapes, const ArkitTable& table, JawColum
       }
     }
     if (!complete) continue;
-    aus.names.push_back(au.au);
-    readings.push_back(std::move(reading));
+    names_.push_back(au.au);
+    readings_.push_back(std::move(reading));
   }
-  for (const auto& row : shapes.intensities) {
-    auto& out = aus.intensities.emplace_back();
-    out.reserve(readings.size());
-    for (const Reading& reading : readings) out.push_back(reading.of(row));
+}
+
+double ArkitReader::read(const Reading& reading, std::span<const double> shapes) noexcept {
+  double largest = kNone;
+  for (const auto& terms : reading.alternatives) {
+    double sum = 0;
+    for (const Term& term : terms) sum += term.weight * shapes[term.column];
+    if (std::isnan(sum)) return kNone;
+    if (!(largest >= sum)) largest = sum;
   }
+  const double value = (largest - reading.low) / (reading.high - reading.low);
+  return reading.high < 1 ? std::clamp(value, 0.0, 1.0) : std::max(0.0, value);
+}
+
+void ArkitReader::read(std::span<const double> shapes, std::span<double> aus) const noexcept {
+  for (std::size_t i = 0; i < readings_.size(); ++i) aus[i] = read(readings_[i], shapes);
+}
+
+AuSeries aus_of_shapes(const AuSeries& shapes, const ArkitTable& table, JawColumns jaw, bool actions_only) {
+  const ArkitReader reader(shapes.names, table, jaw, actions_only);
+  AuSeries aus{.names = reader.names(), .frames = shapes.frames};
+  for (const auto& row : shapes.intensities) reader.read(row, aus.intensities.emplace_back(aus.names.size()));
   return aus;
 }
 

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <map>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -39,6 +40,31 @@ ArkitTable parse_arkit_table(std::string_view json, const std::string& place);
 ArkitTable load_arkit_table(const std::filesystem::path& path);
 /// The one that is compiled in.
 const ArkitTable& shipped_arkit_table();
+
+/// The table made ready for shapes in a given order. AUs whose shapes are not among them are left out. Reading
+/// allocates nothing.
+class ArkitReader {
+ public:
+  ArkitReader(const std::vector<std::string>& shape_names, const ArkitTable& table, JawColumns jaw, bool actions_only);
+
+  const std::vector<std::string>& names() const noexcept { return names_; }
+  /// `shapes`: as many as shape names; `aus`: as many as names(). NaN where a shape is NaN.
+  void read(std::span<const double> shapes, std::span<double> aus) const noexcept;
+
+ private:
+  struct Term {
+    std::size_t column;
+    double weight;
+  };
+  struct Reading {
+    std::vector<std::vector<Term>> alternatives;  ///< of which the largest counts
+    double low, high;
+  };
+  static double read(const Reading& reading, std::span<const double> shapes) noexcept;
+
+  std::vector<std::string> names_;
+  std::vector<Reading> readings_;
+};
 
 /// AUs of a series of shapes, without consequences of other actions if `actions_only`. AUs whose shapes the series
 /// lacks are left out. Values are not clipped above (ARKit's reach 1.003), but never below 0; NaN where a shape is NaN.

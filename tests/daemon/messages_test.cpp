@@ -1,6 +1,7 @@
 // The messages are read back by another implementation of MessagePack.
 #include "daemon/messages.h"
 
+#include <cmath>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -48,6 +49,27 @@ TEST(Messages, AuFrameReadsBack) {
   EXPECT_EQ(json.at("kkt_residual"), 1e-12);
   EXPECT_EQ(json.at("translation_mm"), (nlohmann::json{1, 2, 3}));
   EXPECT_EQ(json.at("rotation_xyzw"), (nlohmann::json{0, 0, 0, 1}));
+}
+
+TEST(Messages, AMappedFrameSaysThatItHasNoPoseAndNoResidual) {
+  AuFrame frame;
+  frame.count = 2;
+  frame.kind = AuFrameKind::kMapped;
+  frame.status = SolverStatus::kNoFace;
+  frame.state = {AuState::kHeld, AuState::kNotObserved};
+  frame.intensity = {0.25, 0};
+  frame.standard_deviation = {std::nan(""), std::nan("")};
+  const std::vector<std::string> au_names{"AU1L", "AU13L"};
+  MessageBuffer bytes;
+  encode_aus(frame, {.stream = "phone", .names = au_names}, bytes);
+  const auto json = decode(bytes);
+  EXPECT_EQ(json.at("kind"), "mapped");
+  EXPECT_EQ(json.at("status"), "no_face");
+  EXPECT_EQ(json.at("states"), "h-");
+  EXPECT_EQ(json.at("au").at("AU1L"), 0.25);
+  for (const char* key : {"residual_rms_mm", "kkt_residual", "rotation_xyzw", "translation_mm"})
+    EXPECT_TRUE(json.at(key).is_null()) << key;
+  EXPECT_EQ(json.at("standard_deviation"), (nlohmann::json{nullptr, nullptr}));
 }
 
 TEST(Messages, MarkerFrameReadsBackAndHidesWhatIsNotKnown) {

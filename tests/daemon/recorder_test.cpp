@@ -20,7 +20,9 @@ class Record : public ::testing::Test {
             .streams = {{stream, rig_, "{}"}},
             .card_markdown = "card",
             .follow_tracker = follow_tracker,
-            .current_rig = [this](std::uint32_t) { return rig_; }};
+            .current = [this](std::uint32_t) {
+              return Recorder::Stream{"", rig_, "{}"};
+            }};
   }
   void send_set() {
     set_ = {.names = rig_.marker_names, .rate_hz = 100};

@@ -9,7 +9,7 @@ namespace {
 
 TEST(SourceAddress, ReadsWhatItPrints) {
   for (const char* url : {"udp://127.0.0.1:7000", "udp://[::1]:0", "zmq+tcp://0.0.0.0:7010", "natnet://127.0.0.1:1510",
-                          "qtm://tracker.lab:22223", "vicon://[fe80::1]:801"}) {
+                          "qtm://tracker.lab:22223", "vicon://[fe80::1]:801", "livelink://0.0.0.0:0"}) {
     EXPECT_EQ(to_url(parse_source_address(url)), url);
   }
 }
@@ -17,6 +17,7 @@ TEST(SourceAddress, ReadsWhatItPrints) {
 TEST(SourceAddress, TrackersHavePortsOfTheirOwn) {
   EXPECT_EQ(to_url(parse_source_address("natnet://motive")), "natnet://motive:1510");
   EXPECT_EQ(to_url(parse_source_address("qtm://[::1]")), "qtm://[::1]:22223");
+  EXPECT_EQ(to_url(parse_source_address("livelink://127.0.0.1")), "livelink://127.0.0.1:11111");
   EXPECT_EQ(to_url(parse_source_address("vicon://shogun:8010")), "vicon://shogun:8010");
 }
 

@@ -14,10 +14,10 @@ inline std::vector<SourceEvent> events_of(TrackerSession& session) {
   return events;
 }
 
-/// One letter an event: N session, S set, F frame, E end, ( and ) recording.
+/// One letter an event: N session, S set, F frame, E end, ( and ) recording, A face shapes.
 inline std::string kinds_of(const std::vector<SourceEvent>& events) {
   std::string kinds;
-  for (const SourceEvent& event : events) kinds += "NSFE()"[static_cast<int>(event.kind)];
+  for (const SourceEvent& event : events) kinds += "NSFE()A"[static_cast<int>(event.kind)];
   return kinds;
 }
 
