@@ -7,9 +7,9 @@
 namespace risorius {
 namespace {
 
-constexpr std::array<std::string_view, 10> kReasons{"too_short",      "bad_size",     "bad_component", "bad_count",
+constexpr std::array<std::string_view, 11> kReasons{"too_short",      "bad_size",     "bad_component", "bad_count",
                                                     "bad_type",       "bad_settings", "error_reply",   "no_labels",
-                                                    "count_mismatch", "bad_time"};
+                                                    "count_mismatch", "bad_time",     "no_markers"};
 constexpr std::uint8_t kMarkersPart = 1, kUnlabelledPart = 2, kTimecodePart = 4;
 constexpr std::int64_t kLongestWaitNs = 20'000'000;
 /// Over UDP a frame may come a little after its successors; further back the server has started over.
@@ -43,12 +43,13 @@ std::int64_t capture_time_of(std::uint64_t timestamp_us, double frequency_hz) no
 
 }  // namespace
 
-QtmSession::QtmSession(const TrackerSessionOptions& options)
-    : TrackerSession(options, kReasons),
+QtmSession::QtmSession(const QtmSessionOptions& options)
+    : TrackerSession(options.tracker, kReasons),
       dialog_(outbox()),
       extras_{{{"unlabelled_markers", &qtm_.unlabelled_markers},
                {"drop_rate_per_mille", &qtm_.drop_rate_per_mille},
-               {"out_of_sync_rate_per_mille", &qtm_.out_of_sync_rate_per_mille}}} {
+               {"out_of_sync_rate_per_mille", &qtm_.out_of_sync_rate_per_mille}}},
+      label_prefix_(options.label_prefix) {
   counters().extras = extras_;
 }
 
@@ -169,7 +170,7 @@ void QtmSession::take_settings(std::span<const std::byte> body, std::int64_t tim
   if (!dialog_.on_xml(qtm_text(body), time_ns)) return counters().refuse(QtmRefusal::kBadSettings);
   update_set();
   if (set() == nullptr && dialog_.settings().labels && !dialog_.settings().labels->empty()) {
-    return counters().refuse(QtmRefusal::kBadSettings);
+    return counters().refuse(labelled_.empty() ? QtmRefusal::kNoMarkers : QtmRefusal::kBadSettings);
   }
   used();
 }
@@ -179,7 +180,17 @@ void QtmSession::update_set() {
   if (!settings.labels || settings.labels->empty()) return;
   // What has come of a frame was placed by the old labels.
   finish_pending();
-  describe({.names = *settings.labels,
+  labels_ = settings.labels->size();
+  labelled_.clear();
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < labels_; ++i) {
+    const std::string& label = (*settings.labels)[i];
+    if (!label.starts_with(label_prefix_)) continue;
+    labelled_.push_back(i);
+    names.push_back(label.substr(label_prefix_.size()));
+  }
+  if (names.empty()) return forget_set();
+  describe({.names = std::move(names),
             .rate_hz = settings.frequency_hz.value_or(0),
             .axes = qtm_axes(settings.axis_upwards)});
 }
@@ -187,7 +198,7 @@ void QtmSession::update_set() {
 std::optional<QtmRefusal> QtmSession::refusal_of(const QtmData& data) const noexcept {
   constexpr auto kLastMicrosecond = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max() / 1000);
   if (set() == nullptr) return QtmRefusal::kNoLabels;
-  if (data.labelled && data.labelled->count != set()->names.size()) return QtmRefusal::kCountMismatch;
+  if (data.labelled && data.labelled->count != labels_) return QtmRefusal::kCountMismatch;
   if (data.timestamp_us > kLastMicrosecond) return QtmRefusal::kBadTime;
   return {};
 }
@@ -240,8 +251,8 @@ void QtmSession::add_parts(const QtmData& data) {
     pending_.parts |= kMarkersPart;
     qtm_.drop_rate_per_mille.set(data.labelled->drop_rate_per_mille);
     qtm_.out_of_sync_rate_per_mille.set(data.labelled->out_of_sync_rate_per_mille);
-    for (std::size_t i = 0; i < data.labelled->count; ++i) {
-      const auto xyz = data.labelled->position(i);
+    for (std::size_t i = 0; i < labelled_.size(); ++i) {
+      const auto xyz = data.labelled->position(labelled_[i]);
       if (xyz) place(pending_.markers, i, double{(*xyz)[0]}, double{(*xyz)[1]}, double{(*xyz)[2]});
     }
   }

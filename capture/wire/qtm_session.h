@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
+#include <vector>
 
 #include "capture/wire/qtm_codec.h"
 #include "capture/wire/qtm_dialog.h"
@@ -26,6 +28,12 @@ enum class QtmRefusal : std::uint8_t {
   kNoLabels,       ///< a frame before the labels are known
   kCountMismatch,  ///< a frame with other than the labels' number of markers
   kBadTime,        ///< a time stamp that no clock reaches
+  kNoMarkers,      ///< settings without a label that begins with the prefix
+};
+
+struct QtmSessionOptions {
+  TrackerSessionOptions tracker;
+  std::string label_prefix;  ///< only labels that begin so are markers, named by the rest; "": all
 };
 
 struct QtmCounters {
@@ -40,7 +48,7 @@ class QtmSession : public TrackerSession {
   static constexpr std::size_t kMaxPacketBytes = 1 << 20;
 
   /// Throws UserError naming the option.
-  explicit QtmSession(const TrackerSessionOptions& options);
+  explicit QtmSession(const QtmSessionOptions& options);
 
   void connected(std::int64_t now_ns) override;
   void disconnected() override;
@@ -84,6 +92,9 @@ class QtmSession : public TrackerSession {
   std::uint16_t udp_port_ = 0;
   Pending pending_;
   std::uint8_t expected_parts_ = 0;
+  std::string label_prefix_;
+  std::size_t labels_ = 0;             ///< that a frame has
+  std::vector<std::size_t> labelled_;  ///< of each marker of the set, its place among the labels
   bool any_finished_ = false;
   std::uint32_t finished_frame_ = 0;  ///< the last one
 };

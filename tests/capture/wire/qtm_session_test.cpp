@@ -43,7 +43,8 @@ Bytes frame(std::uint32_t number, const QtmComponents& components = {.markers = 
 
 /// A session and the time; says one thing at a time, as a server would.
 struct Talk {
-  explicit Talk(std::uint16_t udp_port = 0) {
+  explicit Talk(std::uint16_t udp_port = 0, const std::string& label_prefix = "")
+      : session({.tracker = {}, .label_prefix = label_prefix}) {
     session.use_udp_port(udp_port);
     session.connected(now_ns);
   }
@@ -77,7 +78,7 @@ struct Talk {
     hear(text(QtmPacketType::kXml, kGeneral));
     hear(text(QtmPacketType::kXml, kLabels));
   }
-  QtmSession session{{}};
+  QtmSession session;
   std::int64_t now_ns = 1000 * kSecond;
 };
 
@@ -102,6 +103,39 @@ TEST(QtmSession, AsksOneThingAfterTheOther) {
   EXPECT_EQ(events[2].frame.position_mm[0], (Position{2, 3, 1}));  // front 1, left 2, up 3
   EXPECT_EQ(talk.session.counters().link, LinkState::kStreaming);
   EXPECT_TRUE(balanced(talk.session));
+}
+
+/// Settings with the labels, in this order.
+Bytes labels(const std::vector<std::string>& names) {
+  std::string xml = "<Q><The_3D><AxisUpwards>+Z</AxisUpwards>";
+  for (const auto& name : names) xml += "<Label><Name>" + name + "</Name></Label>";
+  return text(QtmPacketType::kXml, xml + "</The_3D></Q>");
+}
+
+TEST(QtmSession, TakesOnlyTheLabelsWithItsPrefixAndTakesItOff) {
+  Talk talk(0, "Ben_");
+  talk.stream();
+  talk.hear(labels({"Anna_chin", "Ben_nose", "Anna_nose", "Ben_chin"}));
+  ByteAppender out;
+  const std::vector<std::optional<std::array<float, 3>>> positions{{{1, 0, 0}}, {{2, 0, 0}}, std::nullopt, {{4, 0, 0}}};
+  append_qtm_data(10000, 1, {.markers = true}, positions, Timecode{}, out);
+  talk.hear({out.bytes().begin(), out.bytes().end()});
+  const auto events = events_of(talk.session);
+  ASSERT_EQ(kinds_of(events), "NSF");
+  EXPECT_EQ(events[1].set->names, (std::vector<std::string>{"nose", "chin"}));
+  ASSERT_EQ(events[2].frame.count, 2u);
+  EXPECT_EQ(events[2].frame.position_mm[0], (Position{0, 0, 2}));  // front is +x of QTM
+  EXPECT_EQ(events[2].frame.position_mm[1], (Position{0, 0, 4}));
+  EXPECT_TRUE(balanced(talk.session));
+}
+
+TEST(QtmSession, APrefixThatNoLabelHasIsARefusalOfItsOwn) {
+  Talk talk(0, "Carl_");
+  talk.stream();
+  EXPECT_GE(talk.session.counters().of(QtmRefusal::kNoMarkers), 1u);
+  EXPECT_EQ(talk.session.counters().of(QtmRefusal::kBadSettings), 0u);
+  talk.hear(frame(7));
+  EXPECT_EQ(talk.session.counters().of(QtmRefusal::kNoLabels), 1u);
 }
 
 TEST(QtmSession, GoesDownUntilAVersionIsAccepted) {
@@ -375,7 +409,8 @@ TEST(QtmSession, CountsWhatIsOfNoUse) {
 }
 
 TEST(QtmSession, ConvertsUnitAndAxesByConfiguration) {
-  QtmSession session({.stream_id = 3, .mm_per_unit = 1000, .axes = Axes::parse("LUF")});
+  QtmSession session(
+      {.tracker = {.stream_id = 3, .mm_per_unit = 1000, .axes = Axes::parse("LUF")}, .label_prefix = ""});
   session.connected(0);
   for (const Bytes& bytes :
        {command("QTM RT Interface connected"), command("Version set to 1.27"), event(QtmEvent::kConnected),
@@ -386,8 +421,8 @@ TEST(QtmSession, ConvertsUnitAndAxesByConfiguration) {
   ASSERT_EQ(kinds_of(events), "NSF");
   EXPECT_EQ(events[2].frame.position_mm[0], (Position{1000, 2000, 3000}));
   EXPECT_EQ(events[2].frame.header.stream_id, 3u);
-  EXPECT_THROW(QtmSession({.mm_per_unit = 0}), UserError);
-  EXPECT_THROW(QtmSession({.event_capacity = 3}), UserError);
+  EXPECT_THROW(QtmSession({.tracker = {.mm_per_unit = 0}, .label_prefix = ""}), UserError);
+  EXPECT_THROW(QtmSession({.tracker = {.event_capacity = 3}, .label_prefix = ""}), UserError);
 }
 
 TEST(QtmSession, KnowsTheTimeBetterThanItsMicroseconds) {
@@ -433,7 +468,7 @@ Bytes whole_conversation() {
 TEST(QtmSession, GivesTheSameEventsHoweverTheStreamIsCut) {
   const Bytes all = whole_conversation();
   for (std::size_t cut = 0; cut <= all.size(); ++cut) {
-    QtmSession session({});
+    QtmSession session({.tracker = {}, .label_prefix = ""});
     session.connected(0);
     std::size_t used = session.receive(std::span(all).first(cut), 0);
     ASSERT_LE(used, cut);
@@ -452,7 +487,7 @@ TEST(QtmSession, SurvivesMutatedConversations) {
     Bytes bytes = good;
     for (std::uint64_t changes = 1 + random() % 5; changes > 0; --changes)
       bytes[random() % bytes.size()] = static_cast<std::byte>(random() % 3 == 0 ? 0xFF : random());
-    QtmSession session({.event_capacity = 32});
+    QtmSession session({.tracker = {.event_capacity = 32}, .label_prefix = ""});
     session.use_udp_port(i % 2 == 0 ? 0 : 5);
     session.connected(0);
     std::span<const std::byte> rest = bytes;

@@ -42,7 +42,8 @@ struct ByHand {
     options.link.port = acceptor.local_endpoint().port();
     options.link.first_wait_ns = 1'000'000;
     client = std::make_unique<TrackerClient>(
-        io, options, std::make_unique<QtmSession>(TrackerSessionOptions{.event_capacity = 16}), [this] {
+        io, options,
+        std::make_unique<QtmSession>(QtmSessionOptions{.tracker = {.event_capacity = 16}, .label_prefix = ""}), [this] {
           for (SourceEvent event; client->pop(event);) {
             kinds += "NSFE()"[static_cast<int>(event.kind)];
             last = event.frame.header.sequence;
