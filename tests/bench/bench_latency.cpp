@@ -1,7 +1,9 @@
 // What the daemon adds between a marker datagram and its AU message: 240 Hz x 60 markers on loopback, against a bare
-// echo (UDP in, ZeroMQ PUB out, nothing between) through the same kinds of socket, in alternating blocks of one run.
+// echo (UDP in, ZeroMQ PUB out, nothing between) through the same kinds of socket, in alternating blocks of one run. A
+// second daemon records what it solves.
 #include <algorithm>
 #include <arpa/inet.h>
+#include <array>
 #include <csignal>
 #include <cstring>
 #include <fmt/core.h>
@@ -84,7 +86,7 @@ class Echo {
   int ports_[2] = {};
 };
 
-/// One of the two ways: where datagrams go, and where answers come from.
+/// One of the ways: where datagrams go, and where answers come from.
 struct Way {
   sockaddr_in target;
   zmq::socket_t answers;
@@ -159,29 +161,46 @@ struct Stream {
   }
 };
 
+Way way_through(test::RunningDaemon& daemon, zmq::context_t& context) {
+  if (!daemon.up()) throw std::runtime_error("risoriusd did not start: " + daemon.process().output());
+  const auto input = daemon.input("face");
+  return {loopback(std::stoi(input.substr(input.rfind(':') + 1))), subscribe(context, daemon.publish()), {}, {}, 0};
+}
+
+/// Over the blocks, of the difference between two ways' quantiles of the same block.
+double median_excess_us(const Way& way, const Way& echo, std::vector<double> Way::*of_blocks) {
+  std::vector<double> excess_us;
+  for (std::size_t b = 0; b < std::min((way.*of_blocks).size(), (echo.*of_blocks).size()); ++b)
+    excess_us.push_back((way.*of_blocks)[b] - (echo.*of_blocks)[b]);
+  return quantile(excess_us, 0.5);
+}
+
 int measure() {
   test::TemporaryFolder folder;
   Echo echo;
-  test::RunningDaemon daemon(folder.path(), "[[source]]\nname = \"face\"\nlisten = \"udp://127.0.0.1:0\"\n");
-  if (!daemon.up()) throw std::runtime_error("risoriusd did not start: " + daemon.process().output());
-  const auto input = daemon.input("face");
   zmq::context_t context;
-  Way through_daemon{
-      loopback(std::stoi(input.substr(input.rfind(':') + 1))), subscribe(context, daemon.publish()), {}, {}, 0};
+  const std::string source = "[[source]]\nname = \"face\"\nlisten = \"udp://127.0.0.1:0\"\n";
+  test::RunningDaemon daemon(folder.path(), source, "", test::Recording::kOff);
+  Way through_daemon = way_through(daemon, context);
+  // In a folder of its own, for its configuration file.
+  const test::TemporaryFolder recording_folder;
+  test::RunningDaemon recording(recording_folder.path(), source);
+  Way through_recording = way_through(recording, context);
   Way through_echo{loopback(echo.udp_port()), subscribe(context, echo.publish()), {}, {}, 0};
+  const std::array ways{&through_daemon, &through_recording, &through_echo};
   const int udp = ::socket(AF_INET, SOCK_DGRAM, 0);
   Stream stream;
   const auto set = stream.set_datagram();
-  sendto(udp, set.data(), set.size(), 0, reinterpret_cast<const sockaddr*>(&through_daemon.target),
-         sizeof through_daemon.target);
+  for (const Way* way : {&through_daemon, &through_recording}) {
+    sendto(udp, set.data(), set.size(), 0, reinterpret_cast<const sockaddr*>(&way->target), sizeof way->target);
+  }
 
   for (int block = -1; block < kBlocks; ++block) {
     std::vector<std::vector<std::byte>> datagrams;
     for (int i = 0; i < kFramesPerBlock; ++i) datagrams.push_back(stream.next_datagram());
-    run_block(through_daemon, udp, datagrams);
-    run_block(through_echo, udp, datagrams);
+    for (Way* way : ways) run_block(*way, udp, datagrams);
     if (block < 0) {  // warm-up
-      for (Way* way : {&through_daemon, &through_echo}) *way = {way->target, std::move(way->answers), {}, {}, 0};
+      for (Way* way : ways) *way = {way->target, std::move(way->answers), {}, {}, 0};
     }
     fmt::print(stderr, "\rblock {} of {} ", block + 1, kBlocks);
   }
@@ -189,22 +208,24 @@ int measure() {
   const auto status = daemon.status().at("streams").at("face");
   close(udp);
 
-  std::vector<double> p50_excess, p99_excess;
-  for (std::size_t b = 0; b < through_echo.block_p50_us.size() && b < through_daemon.block_p50_us.size(); ++b) {
-    p50_excess.push_back(through_daemon.block_p50_us[b] - through_echo.block_p50_us[b]);
-    p99_excess.push_back(through_daemon.block_p99_us[b] - through_echo.block_p99_us[b]);
-  }
   BenchReport report("latency");
   report.add("daemon p50, median over blocks", quantile(through_daemon.block_p50_us, 0.5) * 1e-3);
   report.add("echo p50, median over blocks", quantile(through_echo.block_p50_us, 0.5) * 1e-3);
-  report.add("excess p50, median over blocks", quantile(p50_excess, 0.5) * 1e-3);
+  report.add("excess p50, median over blocks",
+             median_excess_us(through_daemon, through_echo, &Way::block_p50_us) * 1e-3);
   report.add("daemon p99, median over blocks", quantile(through_daemon.block_p99_us, 0.5) * 1e-3);
   report.add("echo p99, median over blocks", quantile(through_echo.block_p99_us, 0.5) * 1e-3);
-  report.add("excess p99, median over blocks", quantile(p99_excess, 0.5) * 1e-3);
+  report.add("excess p99, median over blocks",
+             median_excess_us(through_daemon, through_echo, &Way::block_p99_us) * 1e-3);
+  report.add("while recording: excess p50, median over blocks",
+             median_excess_us(through_recording, through_echo, &Way::block_p50_us) * 1e-3);
+  report.add("while recording: excess p99, median over blocks",
+             median_excess_us(through_recording, through_echo, &Way::block_p99_us) * 1e-3);
   report.add("frames unanswered", static_cast<double>(through_daemon.unanswered));
   report.add("inside the daemon, receive to publish, p50",
              status.at("latency_us").at("received_to_published").at("p50").get<double>() * 1e-3);
   daemon.end();
+  recording.end();
   return report.finish();
 }
 

@@ -7,12 +7,13 @@
 
 namespace risorius::test {
 
-RunningDaemon::RunningDaemon(const std::filesystem::path& folder, const std::string& sources, const std::string& more)
+RunningDaemon::RunningDaemon(const std::filesystem::path& folder, const std::string& sources, const std::string& more,
+                             Recording recording)
     : dataset_(folder / "dataset") {
   const auto config = folder / "daemon.toml";
   std::ofstream(config)
       << "[output]\npublish = \"tcp://127.0.0.1:*\"\ncontrol = \"tcp://127.0.0.1:*\"\nstatus_interval_s = 0.2\n"
-      << "[record]\nfolder = \"" << dataset_.string() << "\"\n"
+      << "[record]\nfolder = \"" << (recording == Recording::kOn ? dataset_.string() : "") << "\"\n"
       << more << sources;
   process_ =
       std::make_unique<Process>(std::vector<std::string>{program("risoriusd").string(), "--config", config.string()});

@@ -10,11 +10,14 @@
 
 namespace risorius::test {
 
+enum class Recording : bool { kOff, kOn };
+
 /// "" as the port's number means 0: the system chooses; endpoints are read from what the daemon prints.
 class RunningDaemon {
  public:
   /// `sources` are [[source]] tables (TOML) with listen = "udp://127.0.0.1:0" or "zmq+tcp://127.0.0.1:0".
-  RunningDaemon(const std::filesystem::path& folder, const std::string& sources, const std::string& more = "");
+  RunningDaemon(const std::filesystem::path& folder, const std::string& sources, const std::string& more = "",
+                Recording recording = Recording::kOn);
 
   /// Whether it came up and printed its endpoints.
   bool up() const noexcept { return up_; }
