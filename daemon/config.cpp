@@ -19,10 +19,19 @@ constexpr std::size_t kLongestSourceName = 100;
 // Each key once: name, range, meaning. V is TomlReader or TomlPrinter.
 
 template <class V, class C>
+void visit_curve(V& v, C& c) {
+  v.text("curve_key", c.curve_key,
+         "CURVE: a .key_secret file of `risorius keys`; \"\" = anybody may connect, and nothing is encrypted");
+  v.text("curve_clients", c.curve_clients,
+         "CURVE: folder of the .key files of those who may connect; \"\" = whoever knows our public key");
+}
+
+template <class V, class C>
 void visit_output(V& v, C& c) {
   v.text("publish", c.publish, "ZeroMQ PUB address for markers, au, continuation, status");
   v.text("control", c.control, "ZeroMQ address for control messages");
   v.number("high_water_mark", c.high_water_mark, 1, 1e6, "messages kept for a slow subscriber before it loses some");
+  visit_curve(v, c);
   v.number("status_interval_s", c.status_interval_s, 0.1, 3600, "seconds between status messages");
 }
 
@@ -49,6 +58,9 @@ void visit_source(V& v, C& c) {
   v.text("listen", c.listen,
          "udp://ADDRESS:PORT, zmq+tcp://ADDRESS:PORT, natnet://HOST, qtm://HOST, vicon://HOST or livelink://ADDRESS");
   v.text("zmq_pattern", c.zmq_pattern, "for zmq+tcp: \"pull\" (senders PUSH, flow control) or \"sub\" (senders PUB)");
+  v.number("zmq_high_water_mark", c.zmq_high_water_mark, 1, 1e6,
+           "for zmq+tcp: messages kept of each sender before it waits (pull) or loses some (sub)");
+  visit_curve(v, c);
   v.text("natnet_markers", c.natnet_markers,
          "for natnet: \"\" = all that have names, \"labelled\" = labelled ones only, \"set:NAME\" = of one marker set");
   v.text("natnet_local_address", c.natnet_local_address, "for natnet: of our interface; \"\" = by routing");
@@ -57,6 +69,8 @@ void visit_source(V& v, C& c) {
   v.text("natnet_timecode", c.natnet_timecode,
          "for natnet: frames per second of the timecode: 24, 25, 30, 30df (drop-frame), 50, 60");
   v.text("qtm_frames", c.qtm_frames, "for qtm: over \"tcp\" or \"udp\"");
+  v.text("qtm_label_prefix", c.qtm_label_prefix,
+         "for qtm: take only labels that begin so, and take it off; \"\" = all labels");
   v.text("vicon_subject", c.vicon_subject, "for vicon: the subject to take; \"\" = all");
   v.number("vicon_rate_hz", c.vicon_rate_hz, 0, 10000, "for vicon: frames per second of a server that states none");
   v.text("livelink_device", c.livelink_device,
@@ -107,6 +121,10 @@ void check_source(const SourceConfig& source, const std::string& place, ConfigPr
   if (source.zmq_pattern != "pull" && source.zmq_pattern != "sub") {
     problems.add(place + ".zmq_pattern", "\"" + source.zmq_pattern + "\" is neither \"pull\" nor \"sub\"",
                  "give one of them");
+  }
+  if (!source.curve_key.empty() && !source.listen.starts_with("zmq+")) {
+    problems.add(place + ".curve_key", source.listen + " cannot be encrypted",
+                 "only zmq+tcp:// can: leave curve_key out, or let the sender use zmq+tcp://");
   }
   check_natnet(source, place, problems);
   if (source.qtm_frames != "tcp" && source.qtm_frames != "udp") {

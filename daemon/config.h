@@ -21,12 +21,15 @@ struct SourceConfig {
   std::string units;  ///< "" = as the sender states
   std::string axes;   ///< "" = as the sender states
   std::string zmq_pattern = "pull";
-  std::string natnet_markers;          ///< "", "labelled" or "set:NAME": NatnetMarkerMap::build
-  std::string natnet_local_address;    ///< "" = by routing
-  std::string natnet_multicast_group;  ///< "" = as the server says
-  std::int64_t natnet_data_port = 0;   ///< 0 = as the server says
+  std::int64_t zmq_high_water_mark = 1000;
+  std::string curve_key, curve_clients;  ///< as of OutputConfig
+  std::string natnet_markers;            ///< "", "labelled" or "set:NAME": NatnetMarkerMap::build
+  std::string natnet_local_address;      ///< "" = by routing
+  std::string natnet_multicast_group;    ///< "" = as the server says
+  std::int64_t natnet_data_port = 0;     ///< 0 = as the server says
   std::string natnet_timecode = "30";
   std::string qtm_frames = "tcp";
+  std::string qtm_label_prefix;
   std::string vicon_subject;
   double vicon_rate_hz = 0;     ///< 0 = as the server states
   std::string livelink_device;  ///< "" = the first that sends
@@ -48,6 +51,8 @@ struct OutputConfig {
   std::string control = "tcp://127.0.0.1:7002";
   std::int64_t high_water_mark = 1000;
   double status_interval_s = 1;
+  std::string curve_key;      ///< a .key_secret file; "" = no CURVE
+  std::string curve_clients;  ///< a folder of .key files, or one; "" = whoever knows our public key
 };
 
 struct RecordConfig {

@@ -1,6 +1,5 @@
 #include "daemon/control_server.h"
 
-#include <boost/asio/post.hpp>
 #include <cerrno>
 #include <nlohmann/json.hpp>
 
@@ -10,6 +9,7 @@ namespace risorius {
 namespace {
 
 constexpr int kRequestsPerWakeUp = 8;
+constexpr int kHighWaterMark = 100;  // requests of a peer that waits for no answer
 
 /// MessagePack from programs, JSON from people with a terminal: a JSON object begins with '{', which no MessagePack map
 /// does.
@@ -28,11 +28,14 @@ nlohmann::json parse_request(const zmq::message_t& message) {
 }  // namespace
 
 ControlServer::ControlServer(boost::asio::io_context& io, zmq::context_t& context, const std::string& endpoint,
-                             Handler handler)
-    : socket_(context, zmq::socket_type::rep), handler_(std::move(handler)), io_(io) {
+                             CurveGate* gate, Handler handler)
+    : socket_(context, zmq::socket_type::rep), handler_(std::move(handler)) {
   socket_.set(zmq::sockopt::linger, 200);
+  socket_.set(zmq::sockopt::rcvhwm, kHighWaterMark);
+  socket_.set(zmq::sockopt::sndhwm, kHighWaterMark);
   // A request is short; and the MessagePack reader recurses, so the size also bounds its depth.
   socket_.set(zmq::sockopt::maxmsgsize, std::int64_t{4096});
+  if (gate != nullptr) gate->guard(socket_);
   try {
     socket_.bind(endpoint);
   } catch (const zmq::error_t& error) {
@@ -42,33 +45,15 @@ ControlServer::ControlServer(boost::asio::io_context& io, zmq::context_t& contex
                         : "give an address of this machine, such as \"tcp://127.0.0.1:7002\"");
   }
   endpoint_ = socket_.get(zmq::sockopt::last_endpoint);
-  // Only now: Asio must never own, and close, the descriptor of a socket whose construction failed.
-  readable_.emplace(io, socket_.get(zmq::sockopt::fd));
-  serve();
+  readiness_.emplace(io, socket_, [this] { return serve(); });
 }
 
-ControlServer::~ControlServer() {
-  boost::system::error_code ignored;
-  readable_->cancel(ignored);
-  readable_->release();
-}
-
-// The descriptor is edge-triggered: only after the socket was read empty may we wait for it again.
-void ControlServer::wait() {
-  readable_->async_wait(boost::asio::posix::stream_descriptor::wait_read,
-                        [this](const boost::system::error_code& error) {
-                          if (!error) serve();
-                        });
-}
-
-void ControlServer::serve() {
+bool ControlServer::serve() {
   zmq::message_t message;
+  // A flood of requests must not keep the frames of the same thread waiting.
   for (int served = 0; served < kRequestsPerWakeUp; ++served) {
     try {
-      if (!socket_.recv(message, zmq::recv_flags::dontwait)) {
-        wait();
-        return;
-      }
+      if (!socket_.recv(message, zmq::recv_flags::dontwait)) return false;
       const bool whole = !message.more();
       zmq::message_t rest;
       while (socket_.get(zmq::sockopt::rcvmore)) (void)socket_.recv(rest, zmq::recv_flags::dontwait);
@@ -78,8 +63,7 @@ void ControlServer::serve() {
       refused_.add();  // a peer's trouble must not become the service's
     }
   }
-  // A flood of requests must not keep the frames of the same thread waiting.
-  boost::asio::post(io_, [this] { serve(); });
+  return true;
 }
 
 nlohmann::json ControlServer::answer_to(const zmq::message_t& message, bool whole) {

@@ -4,7 +4,6 @@
 #pragma once
 
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/posix/stream_descriptor.hpp>
 #include <cstdint>
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
@@ -13,6 +12,7 @@
 #include <zmq.hpp>
 
 #include "capture/counters.h"
+#include "capture/wire/curve_gate.h"
 
 namespace risorius {
 
@@ -21,27 +21,22 @@ class ControlServer {
   /// What a command does: the answer's map, or an exception whose text becomes the error.
   using Handler = std::function<nlohmann::json(const nlohmann::json& request)>;
 
-  /// Throws UserError if the endpoint cannot be bound.
-  ControlServer(boost::asio::io_context& io, zmq::context_t& context, const std::string& endpoint, Handler handler);
-
-  ~ControlServer();
-  ControlServer(const ControlServer&) = delete;
-  ControlServer& operator=(const ControlServer&) = delete;
+  /// `gate` may be null. Throws UserError if the endpoint cannot be bound.
+  ControlServer(boost::asio::io_context& io, zmq::context_t& context, const std::string& endpoint, CurveGate* gate,
+                Handler handler);
 
   const std::string& endpoint() const noexcept { return endpoint_; }
   std::uint64_t refused() const noexcept { return refused_.value(); }
 
  private:
-  void wait();
-  void serve();
+  bool serve();
   nlohmann::json answer_to(const zmq::message_t& message, bool whole);
 
   zmq::socket_t socket_;
   Handler handler_;
   std::string endpoint_;
   Counter refused_;
-  boost::asio::io_context& io_;
-  std::optional<boost::asio::posix::stream_descriptor> readable_;  // ZMQ_FD; ZeroMQ owns it
+  std::optional<ZmqReadiness> readiness_;
 };
 
 }  // namespace risorius

@@ -33,6 +33,8 @@ int main(int argc, char** argv) {
       return 0;
     }
     risorius::Service service(config);
+    // Beside what the status says: somebody may be looking at this terminal alone.
+    service.on_notice([](const std::string& line) { fmt::print(stderr, "{}\n", line); });
     for (std::size_t i = 0; i < config.sources.size(); ++i) {
       fmt::print("{}: listening on {}, rig {}\n", config.sources[i].name, service.input_endpoint(i),
                  config.sources[i].rig);

@@ -1,5 +1,6 @@
 #include "daemon/make_source.h"
 
+#include <fmt/format.h>
 #include <utility>
 
 #include "capture/errors.h"
@@ -25,6 +26,17 @@ DecoderOptions decoder_options(std::uint32_t stream_id, const SourceConfig& conf
 std::string zmq_endpoint(const SourceAddress& listen) {
   return (listen.host.find(':') == std::string::npos ? "tcp://" + listen.host : "tcp://[" + listen.host + "]") + ":" +
          (listen.port == 0 ? "*" : std::to_string(listen.port));
+}
+
+ZmqSourceOptions zmq_options(const SourceAddress& address, std::uint32_t stream_id, const SourceConfig& config) {
+  ZmqSourceOptions options;
+  options.endpoint = zmq_endpoint(address);
+  options.pattern = config.zmq_pattern == "sub" ? ZmqPattern::kSubscribe : ZmqPattern::kPull;
+  options.high_water_mark = static_cast<int>(config.zmq_high_water_mark);
+  options.curve =
+      load_curve_server(config.curve_key, config.curve_clients, fmt::format("[[source]] \"{}\"", config.name));
+  options.decoder = decoder_options(stream_id, config);
+  return options;
 }
 
 NatnetSourceOptions natnet_options(const SourceAddress& address, std::uint32_t stream_id, const SourceConfig& config) {
@@ -63,8 +75,9 @@ std::unique_ptr<Source> make_qtm_source(boost::asio::io_context& io, const Sourc
                                         std::function<void()> on_ready) {
   TrackerClientOptions options = client_options(address, config);
   options.udp_frames = config.qtm_frames == "udp";
-  return std::make_unique<TrackerClient>(io, options, std::make_unique<QtmSession>(session_options(stream_id, config)),
-                                         std::move(on_ready));
+  const QtmSessionOptions session{.tracker = session_options(stream_id, config),
+                                  .label_prefix = config.qtm_label_prefix};
+  return std::make_unique<TrackerClient>(io, options, std::make_unique<QtmSession>(session), std::move(on_ready));
 }
 
 std::unique_ptr<Source> make_vicon_source(boost::asio::io_context& io, const SourceAddress& address,
@@ -90,11 +103,8 @@ std::unique_ptr<Source> make_source(boost::asio::io_context& io, std::uint32_t s
                                                           .receive_buffer_bytes = buffer_bytes,
                                                           .decoder = decoder_options(stream_id, config)},
                                          std::move(on_ready));
-    case SourceKind::kZmq: {
-      ZmqSourceOptions options{.endpoint = zmq_endpoint(address), .decoder = decoder_options(stream_id, config)};
-      options.pattern = config.zmq_pattern == "sub" ? ZmqPattern::kSubscribe : ZmqPattern::kPull;
-      return std::make_unique<ZmqSource>(io, options, std::move(on_ready));
-    }
+    case SourceKind::kZmq:
+      return std::make_unique<ZmqSource>(io, zmq_options(address, stream_id, config), std::move(on_ready));
     case SourceKind::kNatnet:
       return std::make_unique<NatnetSource>(io, natnet_options(address, stream_id, config), std::move(on_ready));
     case SourceKind::kLiveLink:

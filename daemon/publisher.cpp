@@ -16,6 +16,7 @@ Publisher::Publisher(zmq::context_t& context, Options options, Channel<OutputIte
       states_(options_.streams.size()) {
   socket_.set(zmq::sockopt::sndhwm, options_.high_water_mark);
   socket_.set(zmq::sockopt::linger, 500);
+  if (options_.gate != nullptr) options_.gate->guard(socket_);
   try {
     socket_.bind(options_.endpoint);
   } catch (const zmq::error_t& error) {
@@ -110,7 +111,7 @@ void Publisher::send(std::string_view topic) {
 }
 
 void Publisher::send_status(bool last) {
-  buffer_ = options_.make_status(last);
+  buffer_ = options_.make_status(last, status_messages_++);
   send("status");
 }
 

@@ -13,6 +13,7 @@
 #include <vector>
 #include <zmq.hpp>
 
+#include "capture/wire/curve_gate.h"
 #include "daemon/channel.h"
 #include "daemon/latency_histogram.h"
 #include "daemon/messages.h"
@@ -34,9 +35,11 @@ class Publisher {
   struct Options {
     std::string endpoint;         ///< such as "tcp://127.0.0.1:7001"; throws UserError if it cannot be bound
     int high_water_mark = 1000;   ///< messages per subscriber
+    CurveGate* gate = nullptr;    ///< who may subscribe; null: anybody
     std::vector<Stream> streams;  ///< by stream id
-    /// Makes the MessagePack of a status message; called on the publisher thread when a status is due.
-    std::function<MessageBuffer(bool last)> make_status;
+    /// Makes the MessagePack of a status message, the `message`-th; called on the publisher thread when a status is
+    /// due.
+    std::function<MessageBuffer(bool last, std::uint64_t message)> make_status;
   };
 
   Publisher(zmq::context_t& context, Options options, Channel<OutputItem>& results,
@@ -77,6 +80,7 @@ class Publisher {
   std::deque<StreamState> states_;
   MessageBuffer buffer_;
   Counter published_;
+  std::uint64_t status_messages_ = 0;
   std::atomic<bool> status_due_{false}, stopping_{false};
   std::thread thread_;
 };

@@ -91,16 +91,21 @@ Service::Service(const Config& config, PipelineThread::AllocationProbe allocatio
   }
   for (std::uint32_t i = 0; i < config_.sources.size(); ++i)
     inputs_.emplace_back(io_, i, config_.sources[i], admitted_, [this] { publisher_->request_status(); });
-  control_ = std::make_unique<ControlServer>(io_, zmq_, config_.output.control,
+  auto curve = load_curve_server(config_.output.curve_key, config_.output.curve_clients, "[output]");
+  if (!curve.keys.secret_key.empty()) gate_.emplace(io_, zmq_, std::move(curve), refused_connections_);
+  CurveGate* const gate = gate_ ? &*gate_ : nullptr;
+  control_ = std::make_unique<ControlServer>(io_, zmq_, config_.output.control, gate,
                                              [this](const auto& request) { return answer(request); });
 
   Publisher::Options publishing{.endpoint = config_.output.publish,
-                                .high_water_mark = static_cast<int>(config_.output.high_water_mark)};
+                                .high_water_mark = static_cast<int>(config_.output.high_water_mark),
+                                .gate = gate};
   for (std::size_t i = 0; i < streams_.size(); ++i)
     publishing.streams.push_back({config_.sources[i].name, streams_[i].stages.rig().au_names()});
-  publishing.make_status = [this](bool last) {
+  publishing.make_status = [this](bool last, std::uint64_t message) {
     auto json = status();
     json["last"] = last;
+    json["message"] = message;
     const auto bytes = nlohmann::json::to_msgpack(json);
     return MessageBuffer(bytes.begin(), bytes.end());
   };
@@ -145,6 +150,9 @@ void Service::arm_status_timer() {
   status_timer_.async_wait([this](const boost::system::error_code& error) {
     if (error) return;
     publisher_->request_status();
+    if (notice_) {
+      for (const std::string& line : notices_.update(status())) notice_(line);
+    }
     arm_status_timer();
   });
 }
@@ -160,6 +168,7 @@ nlohmann::json Service::status() const {
   json["continuations"] = status_of_channel(continuations_);
   json["admission"] = status_of_channel(admitted_);
   json["control"] = {{"refused", control_->refused()}};
+  json["connections"] = {{"refused", refused_connections_.value()}};
   if (recorder_) json["record"] = status_of_recorder(*recorder_, *to_record_, config_.record.folder);
   return json;
 }

@@ -5,13 +5,18 @@
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
+#include <utility>
 #include <zmq.hpp>
 
+#include "capture/wire/curve_gate.h"
 #include "daemon/config.h"
 #include "daemon/control_server.h"
+#include "daemon/notices.h"
 #include "daemon/pipeline_thread.h"
 #include "daemon/publisher.h"
 #include "daemon/recorder.h"
@@ -25,6 +30,8 @@ class Service {
   explicit Service(const Config& config, PipelineThread::AllocationProbe allocation_probe = nullptr);
   ~Service();
 
+  /// Before run(): what to do with Notices, called on the I/O thread.
+  void on_notice(std::function<void(const std::string& line)> notice) { notice_ = std::move(notice); }
   /// Runs the I/O thread's event loop in the calling thread until SIGINT, SIGTERM, a stop command or stop(); then works
   /// off everything that was admitted and completes the recording. Once.
   void run();
@@ -51,6 +58,8 @@ class Service {
   boost::asio::io_context io_;
   boost::asio::signal_set signals_;
   boost::asio::steady_timer status_timer_;
+  std::function<void(const std::string& line)> notice_;
+  Notices notices_;
 
   Channel<AdmittedItem> admitted_;
   Channel<OutputItem> to_publish_;
@@ -60,6 +69,8 @@ class Service {
   std::deque<StreamInput> inputs_;
   std::deque<PipelineStream> streams_;
   std::unique_ptr<Recorder> recorder_;
+  Counter refused_connections_;
+  std::optional<CurveGate> gate_;  ///< of zmq_, whose guarded sockets are below
   std::unique_ptr<Publisher> publisher_;
   std::unique_ptr<PipelineThread> pipeline_;
   std::unique_ptr<ControlServer> control_;

@@ -72,7 +72,9 @@ nlohmann::json status_of_stream(const StreamInput& input, const PipelineStream& 
       {"endpoint", input.endpoint()}, {"rig", stream.current_rig().name}, {"rig_problem", stream.rig_problem()}};
   json["state"] = input.state();
   json["silences"] = input.watchdog().silences().value();
-  json["link"] = {{"state", name_of(source.link.load())}, {"reconnects", source.reconnects.value()}};
+  json["link"] = {{"state", name_of(source.link.load())},
+                  {"reconnects", source.reconnects.value()},
+                  {"refused_connections", source.refused_connections.value()}};
   json["clock"] = clock_json(input.clock());
   json["recording_events"] = input.recording_events().value();
   json["tracker"] = nlohmann::json::object();
@@ -130,6 +132,15 @@ nlohmann::json status_of_recorder(const Recorder& recorder, const Channel<Output
   return json;
 }
 
+std::optional<std::uint64_t> count_of(const nlohmann::json& json, const CounterRow& row) {
+  std::string path(row.name);
+  path.insert(path.begin(), '/');
+  std::replace(path.begin(), path.end(), '.', '/');
+  const auto pointer = nlohmann::json::json_pointer(path);
+  if (!json.contains(pointer)) return std::nullopt;
+  return json.at(pointer).get<std::uint64_t>();
+}
+
 namespace {
 
 /// Every kind of loss that happened, in one line; ledgers lose what they dropped and refused.
@@ -137,12 +148,7 @@ std::string losses_of(const nlohmann::json& json, std::span<const CounterRow> ro
   std::string text;
   for (const CounterRow& row : rows) {
     if (row.kind != CounterKind::kLoss) continue;
-    std::string path(row.name);
-    path.insert(path.begin(), '/');
-    std::replace(path.begin(), path.end(), '.', '/');
-    const auto pointer = nlohmann::json::json_pointer(path);
-    if (!json.contains(pointer)) continue;
-    const auto count = json.at(pointer).get<std::uint64_t>();
+    const std::uint64_t count = count_of(json, row).value_or(0);
     if (count > 0) text += fmt::format("{}{} {} ({})", text.empty() ? "" : ", ", count, row.unit, row.name);
   }
   return text.empty() ? "nothing" : text;

@@ -2,9 +2,12 @@
 // daemon/counter_table.h says what each one is.
 #pragma once
 
+#include <cstdint>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
+#include "daemon/counter_table.h"
 #include "daemon/pipeline_thread.h"
 #include "daemon/publisher.h"
 #include "daemon/recorder.h"
@@ -16,6 +19,9 @@ nlohmann::json status_of_stream(const StreamInput& input, const PipelineStream& 
                                 std::uint32_t stream_id);
 nlohmann::json status_of_recorder(const Recorder& recorder, const Channel<OutputItem>& channel,
                                   const std::string& folder);
+
+/// What a row's path holds; nothing if the status has no such path.
+std::optional<std::uint64_t> count_of(const nlohmann::json& json, const CounterRow& row);
 
 template <class T>
 nlohmann::json status_of_channel(const Channel<T>& channel) {

@@ -51,6 +51,7 @@ struct SourceCounters {
   Counter granted_buffer_bytes;  ///< SO_RCVBUF as the kernel gave it; below what was asked if net.core.rmem_max forbids
   Counter truncated;             ///< longer than any message by far; refused as well
   Counter receive_errors;        ///< of the socket
+  Counter refused_connections;   ///< ZeroMQ with CURVE: without the right key
   Counter foreign;               ///< datagrams from another host than the tracker; not looked at
   Counter wake_ups;
   Counter pauses;      ///< the consumer left the source full

@@ -7,11 +7,13 @@
 #include <boost/asio/post.hpp>
 #include <cerrno>
 #include <fmt/format.h>
+#include <optional>
 #include <utility>
 #include <zmq.hpp>
 
 #include "capture/errors.h"
 #include "capture/monotonic_clock.h"
+#include "capture/wire/curve_gate.h"
 
 namespace risorius {
 namespace {
@@ -25,7 +27,7 @@ constexpr std::size_t kBufferBytes = 2048;
 constexpr std::int64_t kMaxMessageBytes = 65536;
 static_assert(kBufferBytes > kMaxDatagramBytes);
 
-zmq::socket_t opened(zmq::context_t& context, const ZmqSourceOptions& options) {
+zmq::socket_t opened(zmq::context_t& context, const ZmqSourceOptions& options, CurveGate* gate) {
   if (options.high_water_mark < 1 || options.high_water_mark > 1'000'000) {
     throw UserError("high_water_mark", fmt::format("{} is out of range", options.high_water_mark), "1 to 1000000");
   }
@@ -36,6 +38,7 @@ zmq::socket_t opened(zmq::context_t& context, const ZmqSourceOptions& options) {
     socket.set(zmq::sockopt::maxmsgsize, kMaxMessageBytes);
     socket.set(zmq::sockopt::linger, 0);
     if (!pull) socket.set(zmq::sockopt::subscribe, "");
+    if (gate != nullptr) gate->guard(socket);
     if (options.connect) {
       socket.connect(options.endpoint);
     } else {
@@ -51,13 +54,20 @@ zmq::socket_t opened(zmq::context_t& context, const ZmqSourceOptions& options) {
   }
 }
 
+std::optional<CurveGate> gate_of(boost::asio::io_context& io, zmq::context_t& context, const CurveServer& curve,
+                                 SourceCounters& counters) {
+  if (curve.keys.secret_key.empty()) return std::nullopt;
+  return std::optional<CurveGate>(std::in_place, io, context, curve, counters.refused_connections);
+}
+
 }  // namespace
 
 struct ZmqSource::Impl : std::enable_shared_from_this<ZmqSource::Impl> {
   Impl(boost::asio::io_context& io_context, const ZmqSourceOptions& options, std::function<void()> ready)
       : decoder(options.decoder),
         counters(decoder.counters()),
-        socket(opened(context, options)),
+        gate(gate_of(io_context, context, options.curve, counters)),
+        socket(opened(context, options, gate ? &*gate : nullptr)),
         endpoint(socket.get(zmq::sockopt::last_endpoint)),
         descriptor(io_context, socket.get(zmq::sockopt::fd)),
         io(io_context),
@@ -121,6 +131,7 @@ struct ZmqSource::Impl : std::enable_shared_from_this<ZmqSource::Impl> {
   MarkerStreamDecoder decoder;
   SourceCounters& counters;
   zmq::context_t context{1};
+  std::optional<CurveGate> gate;
   zmq::socket_t socket;
   std::string endpoint;
   stream_descriptor descriptor;

@@ -9,6 +9,7 @@
 #include <memory>
 #include <string>
 
+#include "capture/wire/curve_keys.h"
 #include "capture/wire/marker_stream_decoder.h"
 #include "capture/wire/source.h"
 
@@ -26,6 +27,7 @@ struct ZmqSourceOptions {
   ZmqPattern pattern = ZmqPattern::kPull;
   bool connect = false;        ///< instead of bind
   int high_water_mark = 1000;  ///< messages that ZeroMQ may hold for us per sender, 1 to 1000000
+  CurveServer curve;           ///< without keys: anybody may send, and it can be read on the way
   DecoderOptions decoder;
 };
 

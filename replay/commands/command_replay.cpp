@@ -7,6 +7,7 @@
 
 #include "capture/errors.h"
 #include "replay/commands/commands.h"
+#include "replay/commands/curve_arguments.h"
 #include "replay/commands/pace_arguments.h"
 #include "replay/commands/take_arguments.h"
 #include "replay/live/loop_clock.h"
@@ -24,6 +25,7 @@ struct ReplayArguments {
   std::string take, target;
   bool quiet = false;
   PaceArguments pace;
+  CurveArguments curve;
   TakeArguments take_arguments;
 };
 
@@ -44,7 +46,7 @@ void replay(const ReplayArguments& arguments) {
   print_warnings(*take);
   for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int) { interrupted = 1; });
 
-  Sender sender(target);
+  Sender sender(target, {.curve = arguments.curve.client()});
   Pacer pacer({.speed = speed, .frame_cap_hz = default_frame_cap_hz(target.transport)});
   std::unique_ptr<ProgressLine> progress;
   if (!arguments.quiet) progress = std::make_unique<ProgressLine>("replay", "frames");
@@ -82,6 +84,7 @@ void add_replay_command(CLI::App& app) {
   command->add_option("take", arguments->take, kTakeNames)->required();
   command->add_option("--to", arguments->target, "udp://HOST:PORT or zmq+tcp://HOST:PORT")->required();
   arguments->pace.add_to(*command);
+  arguments->curve.add_to(*command);
   command->add_flag("--quiet", arguments->quiet, "no progress line");
   arguments->take_arguments.add_to(*command);
   command->callback([arguments] { replay(*arguments); });

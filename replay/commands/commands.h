@@ -20,6 +20,7 @@ void add_rig_show_command(CLI::App& rig);
 void add_dataset_command(CLI::App& app);
 void add_watch_command(CLI::App& app);
 void add_control_command(CLI::App& app);
+void add_keys_command(CLI::App& app);
 void add_demo_command(CLI::App& app);
 void add_perform_command(CLI::App& app);
 void add_perform_fit_command(CLI::App& app);

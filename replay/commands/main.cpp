@@ -23,6 +23,7 @@ int main(int argc, char** argv) {
   risorius::add_dataset_command(app);
   risorius::add_watch_command(app);
   risorius::add_control_command(app);
+  risorius::add_keys_command(app);
   risorius::remove_unfinished_paths_on_signals();
   try {
     risorius::refuse_unknown_subcommand(app, argc, argv);

@@ -5,6 +5,7 @@
 
 #include "capture/errors.h"
 #include "capture/monotonic_clock.h"
+#include "replay/live/curve_refusal.h"
 
 namespace risorius {
 namespace {
@@ -22,7 +23,10 @@ void connect(zmq::socket_t& socket, const std::string& endpoint) {
 
 }  // namespace
 
-DaemonSubscriber::DaemonSubscriber(const std::string& endpoint) : socket_(context_, zmq::socket_type::sub) {
+DaemonSubscriber::DaemonSubscriber(const std::string& endpoint, const std::optional<CurveClient>& curve)
+    : curve_(curve.has_value()), socket_(context_, zmq::socket_type::sub) {
+  handshakes_.emplace(context_, socket_);
+  if (curve) use_curve(socket_, *curve);
   socket_.set(zmq::sockopt::rcvhwm, kHighWaterMark);
   socket_.set(zmq::sockopt::subscribe, "");
   connect(socket_, endpoint);
@@ -45,10 +49,15 @@ void DaemonSubscriber::receive_for(std::chrono::milliseconds wait, LiveView& vie
   }
 }
 
-nlohmann::json ask_daemon(const std::string& endpoint, const nlohmann::json& request,
-                          std::chrono::milliseconds timeout) {
+std::string DaemonSubscriber::refusal() { return curve_refusal(*handshakes_, curve_); }
+
+nlohmann::json ask_daemon(const std::string& endpoint, const nlohmann::json& request, std::chrono::milliseconds timeout,
+                          const std::optional<CurveClient>& curve) {
   zmq::context_t context;
+  std::optional<HandshakeMonitor> handshakes;  // outlives the socket
   zmq::socket_t socket(context, zmq::socket_type::req);
+  handshakes.emplace(context, socket);
+  if (curve) use_curve(socket, *curve);
   socket.set(zmq::sockopt::linger, 0);
   socket.set(zmq::sockopt::rcvtimeo, static_cast<int>(timeout.count()));
   connect(socket, endpoint);
@@ -56,6 +65,9 @@ nlohmann::json ask_daemon(const std::string& endpoint, const nlohmann::json& req
   socket.send(zmq::buffer(bytes), zmq::send_flags::none);
   zmq::message_t answer;
   if (!socket.recv(answer)) {
+    if (const auto refusal = curve_refusal(*handshakes, curve.has_value()); !refusal.empty()) {
+      throw UserError(endpoint, refusal, kCurveRemedy);
+    }
     throw UserError(endpoint, "no answer", "start risoriusd, or give its [output] control address with --connect");
   }
   const auto* data = answer.data<std::uint8_t>();

@@ -3,27 +3,34 @@
 
 #include <chrono>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <zmq.hpp>
 
+#include "capture/wire/curve_keys.h"
+#include "capture/wire/handshake_monitor.h"
 #include "replay/live/live_view.h"
 
 namespace risorius {
 
 class DaemonSubscriber {
  public:
-  /// Subscribes to all topics. Throws UserError if the endpoint is malformed.
-  explicit DaemonSubscriber(const std::string& endpoint);
+  /// Subscribes to all topics. `curve`: for a daemon with keys. Throws UserError if the endpoint is malformed.
+  explicit DaemonSubscriber(const std::string& endpoint, const std::optional<CurveClient>& curve = {});
   /// Hands every message that comes within `wait` to the view.
   void receive_for(std::chrono::milliseconds wait, LiveView& view);
+  /// Why nothing can come: keys that do not fit. Empty if they do, or nobody is there.
+  std::string refusal();
 
  private:
   zmq::context_t context_;
+  bool curve_;
+  std::optional<HandshakeMonitor> handshakes_;  ///< outlives the socket
   zmq::socket_t socket_;
 };
 
 /// Sends one request and returns the answer. Throws UserError if there is none within `timeout`.
-nlohmann::json ask_daemon(const std::string& endpoint, const nlohmann::json& request,
-                          std::chrono::milliseconds timeout);
+nlohmann::json ask_daemon(const std::string& endpoint, const nlohmann::json& request, std::chrono::milliseconds timeout,
+                          const std::optional<CurveClient>& curve = {});
 
 }  // namespace risorius

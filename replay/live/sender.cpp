@@ -15,6 +15,7 @@
 
 #include "capture/errors.h"
 #include "capture/monotonic_clock.h"
+#include "replay/live/curve_refusal.h"
 
 namespace risorius {
 
@@ -68,13 +69,16 @@ class Sender::UdpChannel : public Sender::Channel {
 class Sender::ZmqChannel : public Sender::Channel {
  public:
   ZmqChannel(const SendTarget& target, const SenderOptions& options)
-      : place_(to_url(target)), socket_(context_, zmq::socket_type::push) {
+      : place_(to_url(target)), curve_(options.curve.has_value()), socket_(context_, zmq::socket_type::push) {
+    give_up_after_ns_ = options.give_up_after_ns;
     const auto give_up_ms = static_cast<int>(options.give_up_after_ns / 1'000'000);
     socket_.set(zmq::sockopt::immediate, true);  // without a receiver, say so instead of queueing for nobody
     socket_.set(zmq::sockopt::sndhwm, options.zmq_high_water_mark);
-    socket_.set(zmq::sockopt::sndtimeo, give_up_ms);
+    socket_.set(zmq::sockopt::sndtimeo, std::min(give_up_ms, kLookMs));
     socket_.set(zmq::sockopt::linger, give_up_ms);
     socket_.set(zmq::sockopt::ipv6, true);
+    if (options.curve) use_curve(socket_, *options.curve);
+    handshakes_.emplace(context_, socket_);
     try {
       socket_.connect(place_.substr(std::string_view("zmq+").size()));
     } catch (const zmq::error_t& error) {
@@ -83,20 +87,34 @@ class Sender::ZmqChannel : public Sender::Channel {
   }
 
   bool send(std::span<const std::byte> bytes, std::uint64_t& errors) override {
+    const std::int64_t give_up_ns = monotonic_now_ns() + give_up_after_ns_;
     while (zmq_send(socket_.handle(), bytes.data(), bytes.size(), 0) < 0) {
+      const int problem = errno;
+      if (problem == EAGAIN) {
+        // A receiver that refuses us will refuse us again: no need to wait for it.
+        if (const auto refusal = curve_refusal(*handshakes_, curve_); !refusal.empty()) {
+          throw UserError(place_, refusal, kCurveRemedy);
+        }
+        if (monotonic_now_ns() < give_up_ns) continue;
+      }
       ++errors;
-      if (errno == EAGAIN) {
+      if (problem == EAGAIN) {
         throw UserError(place_, "the receiver takes no messages", "start the receiver, or check host and port");
       }
-      if (errno != EINTR) return false;
+      if (problem != EINTR) return false;
     }
     return true;
   }
   int copies() const noexcept override { return 1; }
 
  private:
+  static constexpr int kLookMs = 300;  // how often a blocked sender looks why
+
   std::string place_;
+  std::int64_t give_up_after_ns_ = 0;
+  bool curve_;
   zmq::context_t context_{1};
+  std::optional<HandshakeMonitor> handshakes_;  ///< outlives the socket
   zmq::socket_t socket_;
 };
 
@@ -124,6 +142,9 @@ const SenderOptions& checked(const SenderOptions& options) {
 Sender::Sender(const SendTarget& target, const SenderOptions& options)
     : options_(checked(options)), session_(options.session != 0 ? options.session : std::random_device()()) {
   if (target.transport == Transport::kUdp) {
+    if (options.curve) {
+      throw UserError(to_url(target), "UDP cannot be encrypted", "send to zmq+tcp://HOST:PORT, or without keys");
+    }
     channel_ = std::make_unique<UdpChannel>(target);
   } else {
     channel_ = std::make_unique<ZmqChannel>(target, options_);

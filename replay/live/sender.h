@@ -7,10 +7,12 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "capture/frames.h"
 #include "capture/marker_set.h"
+#include "capture/wire/curve_keys.h"
 #include "capture/wire/marker_codec.h"
 #include "replay/live/send_target.h"
 
@@ -19,6 +21,7 @@ namespace risorius {
 struct SenderOptions {
   std::uint32_t session = 0;                       ///< tells this run from others; 0: a random one
   std::int64_t repeat_set_ns = 1'000'000'000;      ///< >= 0; 0: ahead of every frame
+  std::optional<CurveClient> curve;                ///< ZeroMQ: for a receiver with keys
   int zmq_high_water_mark = 1000;                  ///< messages that wait for a slow receiver before sending blocks
   std::int64_t give_up_after_ns = 10'000'000'000;  ///< ZeroMQ: the longest block, and the longest wait at the end; > 0
 };

@@ -11,6 +11,7 @@
 #include "replay/performer/performer.h"
 #include "solve/faces/builtin_face.h"
 #include "support/allocation_counter.h"
+#include "support/test_data.h"
 
 namespace risorius {
 namespace {
@@ -66,6 +67,64 @@ TEST(Service, RefusesABusyPublishAddress) {
     FAIL() << "two services on one port";
   } catch (const UserError& error) {
     EXPECT_NE(std::string(error.what()).find("another program"), std::string::npos) << error.what();
+  }
+}
+
+TEST(Service, WithCurveKeysTalksOnlyToThoseOnItsList) {
+  const test::TemporaryFolder folder;
+  const auto path = [&](const char* name) { return (folder.path() / name).string(); };
+  std::filesystem::create_directory(path("clients"));
+  for (const char* name : {"daemon", "clients/anna", "stranger"}) {
+    write_curve_certificate(path(name), make_curve_key_pair());
+  }
+  Config config = on_free_ports();
+  config.output.curve_key = path("daemon.key_secret");
+  config.output.curve_clients = path("clients");
+  config.output.status_interval_s = 0.1;
+  Service service(config);
+  std::jthread running([&] { service.run(); });
+
+  const auto daemon_key = load_curve_public(path("daemon.key"));
+  const CurveClient anna{load_curve_secret(path("clients/anna.key_secret")), daemon_key};
+  const CurveClient stranger{load_curve_secret(path("stranger.key_secret")), daemon_key};
+  const nlohmann::json request{{"command", "status"}};
+  for (const auto& curve : {std::optional<CurveClient>(), std::optional(stranger)}) {
+    try {
+      ask_daemon(service.control_endpoint(), request, std::chrono::seconds(2), curve);
+      ADD_FAILURE() << "answered " << (curve ? "a stranger" : "somebody without a key");
+    } catch (const UserError& error) {
+      EXPECT_NE(std::string(error.what()).find("key"), std::string::npos) << error.what();
+      EXPECT_NE(std::string(error.what()).find("--curve-server"), std::string::npos) << error.what();
+    }
+  }
+  const auto answer = ask_daemon(service.control_endpoint(), request, std::chrono::seconds(30), anna);
+  EXPECT_GE(answer.at("status").at("connections").at("refused"), 2);
+
+  DaemonSubscriber friendly(service.publish_endpoint(), anna), strange(service.publish_endpoint(), stranger);
+  LiveView seen, not_seen;
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+  while (seen.status().is_null() && std::chrono::steady_clock::now() < end) {
+    friendly.receive_for(std::chrono::milliseconds(100), seen);
+    strange.receive_for(std::chrono::milliseconds(10), not_seen);
+  }
+  EXPECT_FALSE(seen.status().is_null());
+  EXPECT_TRUE(not_seen.status().is_null());
+  EXPECT_TRUE(friendly.refusal().empty());
+  EXPECT_FALSE(strange.refusal().empty());
+  service.stop();
+}
+
+TEST(Service, RefusesKeysItCannotUse) {
+  const test::TemporaryFolder folder;
+  Config config = on_free_ports();
+  config.output.curve_clients = folder.path().string();
+  EXPECT_THROW(Service service(config), UserError) << "a list of clients, and no key";
+  config.output.curve_key = (folder.path() / "nobody.key_secret").string();
+  try {
+    Service service(config);
+    FAIL() << "no such file";
+  } catch (const UserError& error) {
+    EXPECT_NE(std::string(error.what()).find("nobody.key_secret"), std::string::npos) << error.what();
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <boost/asio/io_context.hpp>
 #include <gtest/gtest.h>
+#include <optional>
 #include <zmq.hpp>
 
 #include "capture/errors.h"
@@ -123,6 +124,53 @@ TEST(ZmqSource, ABusyPortOrABadEndpointIsTheUsersToSolve) {
   }
   EXPECT_THROW(ZmqSource(io, {.endpoint = "7001"}, [] {}), UserError);
   EXPECT_THROW(ZmqSource(io, {.endpoint = kAnyPort, .high_water_mark = 0}, [] {}), UserError);
+}
+
+TEST(ZmqSource, WithCurveOnlyListedKeysGetThroughAndTheOthersAreCounted) {
+  boost::asio::io_context io;
+  const CurveKeyPair ours = make_curve_key_pair(), known = make_curve_key_pair(), unknown = make_curve_key_pair();
+  ZmqSource source(io, {.endpoint = kAnyPort, .curve = {.keys = ours, .clients = {known.public_key}}}, [] {});
+  source.start();
+  zmq::context_t context;
+  const auto pushing = [&](std::optional<CurveClient> curve) {
+    zmq::socket_t push(context, zmq::socket_type::push);
+    push.set(zmq::sockopt::linger, 0);
+    push.set(zmq::sockopt::reconnect_ivl, -1);  // one try, so that they can be counted
+    if (curve) use_curve(push, *curve);
+    push.connect(source.endpoint().substr(kPrefix));
+    send(push, datagrams_of(marker_set(5)));
+    return push;
+  };
+  const auto& counters = source.counters();
+  const auto refused = [&](std::uint64_t count) {
+    return run_until(io, [&] { return counters.refused_connections.value() >= count; });
+  };
+  {
+    const auto stranger = pushing(CurveClient{unknown, ours.public_key});
+    ASSERT_TRUE(refused(1)) << "a key that is not listed";
+    const auto plain = pushing(std::nullopt);
+    ASSERT_TRUE(refused(2)) << "no key";
+    const auto misled = pushing(CurveClient{known, unknown.public_key});
+    ASSERT_TRUE(refused(3)) << "another server's key";
+  }
+  EXPECT_EQ(counters.datagrams.received.value(), 0u);
+  const auto friendly = pushing(CurveClient{known, ours.public_key});
+  ASSERT_TRUE(run_until(io, [&] { return counters.datagrams.received.value() == 1; }));
+  EXPECT_EQ(counters.refused_connections.value(), 3u);
+}
+
+TEST(ZmqSource, WithCurveAndNoListWhoeverKnowsTheServersKeyGetsThrough) {
+  boost::asio::io_context io;
+  const CurveKeyPair ours = make_curve_key_pair();
+  ZmqSource source(io, {.endpoint = kAnyPort, .curve = {.keys = ours, .clients = {}}}, [] {});
+  source.start();
+  zmq::context_t context;
+  zmq::socket_t push(context, zmq::socket_type::push);
+  use_curve(push, {make_curve_key_pair(), ours.public_key});
+  push.connect(source.endpoint().substr(kPrefix));
+  send(push, datagrams_of(marker_set(5)));
+  ASSERT_TRUE(run_until(io, [&] { return source.counters().datagrams.received.value() == 1; }));
+  EXPECT_EQ(source.counters().refused_connections.value(), 0u);
 }
 
 TEST(ZmqSource, MayBeDestroyedWhileItWaits) {

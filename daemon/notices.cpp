@@ -1,0 +1,111 @@
+#include "daemon/notices.h"
+
+#include <array>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <string_view>
+#include <utility>
+
+#include "daemon/counter_table.h"
+#include "daemon/status.h"
+
+namespace risorius {
+namespace {
+
+/// Of states worth a line; the others are the way to one of these.
+std::string_view advice_on_state(std::string_view state) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kAdvice{{
+      {"streaming", "frames come"},
+      {"stale", "nothing has come for three frame times: is the tracker on, the cable in, the sender alive?"},
+      {"connecting", "the tracker does not answer yet: is it on, is the address right, does a firewall block it?"},
+      {"waiting", "the tracker answers, but sends no frames: is it live or playing, are there labelled markers?"},
+      {"lost", "the connection is gone; trying again"},
+  }};
+  for (const auto& [name, advice] : kAdvice) {
+    if (name == state) return advice;
+  }
+  return {};
+}
+
+/// Of a solver's status without AUs.
+std::string_view advice_on_status(std::string_view status) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 6> kAdvice{{
+      {"not_solved", "the rig does not fit the markers"},
+      {"too_few_markers", "occlusions, or stabilisers that disagree: are labels swapped?"},
+      {"poor_fit", "is it the right rig, are units and axes as the sender has them?"},
+      {"mirrored", "one letter of the source's axes points the wrong way"},
+      {"no_face", "the face tracker sees nobody"},
+      {"iteration_limit", "the solver did not come to an end: report this"},
+  }};
+  for (const auto& [name, advice] : kAdvice) {
+    if (name == status) return advice;
+  }
+  return {};
+}
+
+/// What somebody should act on: losses, and peers that were turned away.
+bool is_worth_telling(const CounterRow& row) {
+  return row.kind == CounterKind::kLoss || row.name.ends_with("refused_connections") ||
+         row.name == "connections.refused";
+}
+
+void add_losses(const std::string& where, const nlohmann::json& json, std::span<const CounterRow> rows,
+                std::map<std::string, std::uint64_t>& told, std::vector<std::string>& lines) {
+  for (const CounterRow& row : rows) {
+    if (!is_worth_telling(row)) continue;
+    const std::uint64_t count = count_of(json, row).value_or(0);
+    std::uint64_t& before = told[where + "/" + std::string(row.name)];
+    if (count == 0 || count < 2 * before) continue;
+    before = count;
+    lines.push_back(fmt::format("{}: {} {} {}{}{}", where, row.name, count, row.unit.empty() ? row.meaning : row.unit,
+                                row.when_it_rises.empty() ? "" : ": ", row.when_it_rises));
+  }
+}
+
+}  // namespace
+
+std::string Notices::commonest_status(const nlohmann::json& stream, Stream& before) {
+  std::string commonest;
+  std::uint64_t most = 0;
+  for (const auto& [status, count_json] : stream.at("solver").items()) {
+    const auto count = count_json.get<std::uint64_t>();
+    const std::uint64_t more = count - std::exchange(before.by_status[status], count);
+    if (more > most) {
+      most = more;
+      commonest = status;
+    }
+  }
+  return commonest;
+}
+
+void Notices::update_stream(const std::string& name, const nlohmann::json& stream, std::vector<std::string>& lines) {
+  Stream& before = streams_[name];
+  const auto state = stream.at("state").get<std::string>();
+  if (std::exchange(before.state, state) != state) {
+    if (const auto advice = advice_on_state(state); !advice.empty())
+      lines.push_back(fmt::format("{}: {}: {}", name, state, advice));
+  }
+  const auto problem = stream.at("rig_problem").get<std::string>();
+  if (std::exchange(before.rig_problem, problem) != problem && !problem.empty())
+    lines.push_back(fmt::format("{}: no AUs: {}", name, problem));
+
+  const std::string status = commonest_status(stream, before);
+  if (!status.empty()) {
+    const auto advice = advice_on_status(status);
+    const std::string unsolved = advice.empty() ? "" : status;
+    if (std::exchange(before.unsolved, unsolved) != unsolved) {
+      lines.push_back(unsolved.empty() ? fmt::format("{}: frames have AUs again", name)
+                                       : fmt::format("{}: frames without AUs: {}: {}", name, status, advice));
+    }
+  }
+  add_losses(name, stream, stream_counters(), told_, lines);
+}
+
+std::vector<std::string> Notices::update(const nlohmann::json& status) {
+  std::vector<std::string> lines;
+  for (const auto& [name, stream] : status.at("streams").items()) update_stream(name, stream, lines);
+  add_losses("service", status, service_counters(), told_, lines);
+  return lines;
+}
+
+}  // namespace risorius

@@ -1,0 +1,65 @@
+#include "daemon/notices.h"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace risorius {
+namespace {
+
+nlohmann::json status_of(const std::string& state, const nlohmann::json& solver) {
+  return {{"streams", {{"face", {{"state", state}, {"rig_problem", ""}, {"solver", solver}}}}}};
+}
+
+/// The only line there is, or all of them where that is not so.
+std::string only_line(const std::vector<std::string>& lines) {
+  std::string text;
+  for (const auto& line : lines) text += (text.empty() ? "" : "\n") + line;
+  EXPECT_EQ(lines.size(), 1u) << text;
+  return text;
+}
+
+TEST(Notices, AChangeOfStateIsToldOnce) {
+  Notices notices;
+  EXPECT_TRUE(notices.update(status_of("listening", {})).empty()) << "the daemon has said so already";
+  EXPECT_TRUE(only_line(notices.update(status_of("streaming", {}))).starts_with("face: streaming"));
+  EXPECT_TRUE(notices.update(status_of("streaming", {})).empty());
+  EXPECT_NE(only_line(notices.update(status_of("stale", {}))).find("tracker"), std::string::npos);
+}
+
+TEST(Notices, FramesWithoutAusAreToldWithTheReasonMostOfThemHave) {
+  Notices notices;
+  EXPECT_EQ(notices.update(status_of("streaming", {{"converged", 100}, {"mirrored", 0}})).size(), 1u);
+  EXPECT_TRUE(notices.update(status_of("streaming", {{"converged", 190}, {"mirrored", 20}})).empty());
+  EXPECT_NE(only_line(notices.update(status_of("streaming", {{"converged", 200}, {"mirrored", 120}}))).find("axes"),
+            std::string::npos);
+  EXPECT_TRUE(notices.update(status_of("streaming", {{"converged", 200}, {"mirrored", 220}})).empty()) << "told";
+  EXPECT_TRUE(notices.update(status_of("streaming", {{"converged", 200}, {"mirrored", 220}})).empty()) << "no frames";
+  EXPECT_NE(only_line(notices.update(status_of("streaming", {{"converged", 300}, {"mirrored", 220}}))).find("again"),
+            std::string::npos);
+}
+
+TEST(Notices, AProblemOfTheRigIsTold) {
+  Notices notices;
+  auto status = status_of("listening", {});
+  status["streams"]["face"]["rig_problem"] = "marker nose is not in the rig";
+  EXPECT_EQ(only_line(notices.update(status)), "face: no AUs: marker nose is not in the rig");
+  EXPECT_TRUE(notices.update(status).empty());
+}
+
+TEST(Notices, ALossIsToldAgainOnlyWhenItHasDoubled) {
+  Notices notices;
+  auto status = status_of("listening", {});
+  const auto with_loss = [&](std::uint64_t frames) {
+    status["streams"]["face"]["frames"]["lost"] = frames;
+    return status;
+  };
+  EXPECT_TRUE(notices.update(with_loss(0)).empty());
+  EXPECT_NE(only_line(notices.update(with_loss(10))).find("frames.lost 10 frames"), std::string::npos);
+  EXPECT_TRUE(notices.update(with_loss(19)).empty());
+  EXPECT_NE(only_line(notices.update(with_loss(20))).find("20"), std::string::npos);
+  status["connections"]["refused"] = 1;
+  EXPECT_NE(only_line(notices.update(status)).find("curve_clients"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace risorius
