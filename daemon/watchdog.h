@@ -20,8 +20,9 @@ class Watchdog {
   void use_rate(double rate_hz) noexcept { stated_ns_ = rate_hz > 0 ? 1e9 / rate_hz : 0; }
   /// True if the stream was stale until now.
   bool frame_came(std::int64_t receive_ns) noexcept {
-    if (running_ && receive_ns > last_ns_ && !stale()) {
-      const auto step_ns = static_cast<double>(receive_ns - last_ns_);
+    // A silence is no frame time; but where nobody states one, a burst at the begin must not make every frame late.
+    if (running_ && receive_ns > last_ns_ && (!stale() || stated_ns_ == 0)) {
+      const double step_ns = std::min(static_cast<double>(receive_ns - last_ns_), kLongestFrameTimeNs);
       seen_ns_ = seen_ns_ == 0 ? step_ns : seen_ns_ + kSmoothing * (step_ns - seen_ns_);
     }
     running_ = true;
@@ -55,6 +56,7 @@ class Watchdog {
 
  private:
   static constexpr double kSmoothing = 0.1;
+  static constexpr double kLongestFrameTimeNs = 1e9;
   bool running_ = false;
   double stated_ns_ = 0, seen_ns_ = 0;
   std::int64_t last_ns_ = 0;

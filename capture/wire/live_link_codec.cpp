@@ -89,6 +89,7 @@ LiveLinkError decode_live_link(std::span<const std::byte> datagram, LiveLinkPack
   packet.fps = big_endian_i32(in);
   packet.denominator = big_endian_i32(in);
   if (!in.ok()) return LiveLinkError::kTruncated;
+  if (packet.denominator == 0) packet.denominator = 1;  // senders that know whole rates only
   if (!is_time(packet)) return LiveLinkError::kTime;
   if (in.remaining() == 0) return LiveLinkError::kNone;
 

@@ -37,6 +37,7 @@ enum class NatnetMessage : std::uint16_t {
   kEchoResponse = 13,
   kDiscovery = 14,
   kUnrecognizedRequest = 100,
+  kUnrecognizedRequest256 = 256,  ///< of some servers
 };
 
 /// Why a datagram is of no use. The first group is about its bytes alone, the second about what came before it.
@@ -167,11 +168,14 @@ std::string_view decode_text(std::span<const std::byte> payload) noexcept;
 
 using NatnetDatagram = std::vector<std::byte>;
 
-/// Servers differ in which form of CONNECT they answer: the bare header, "Ping", or who we are.
-enum class NatnetConnectForm : std::uint8_t { kHeader, kPing, kSender };
+/// Servers differ in which form of CONNECT they answer: who we are, "Ping", or the bare header. Tried in this order:
+/// OptiTrack's own library sends the first, and there are servers that the last one ends.
+enum class NatnetConnectForm : std::uint8_t { kSender, kPing, kHeader };
 inline constexpr std::size_t kNatnetConnectForms = 3;
 
 void encode_connect(NatnetConnectForm form, NatnetDatagram& out);
+/// Marker sets and rigid bodies, by name: some servers answer this request only, others only the bare one.
+void encode_masked_model_request(NatnetDatagram& out);
 /// A message without payload.
 void encode_bare(NatnetMessage message, NatnetDatagram& out);
 void encode_text(NatnetMessage message, std::string_view text, NatnetDatagram& out);

@@ -83,6 +83,12 @@ void encode_connect(NatnetConnectForm form, NatnetDatagram& out) {
   writer.finish();
 }
 
+void encode_masked_model_request(NatnetDatagram& out) {
+  Writer writer(NatnetMessage::kRequestModelDef, out);
+  writer.write(std::uint32_t{3});
+  writer.finish();
+}
+
 void encode_bare(NatnetMessage message, NatnetDatagram& out) { Writer(message, out).finish(); }
 
 void encode_text(NatnetMessage message, std::string_view text, NatnetDatagram& out) {

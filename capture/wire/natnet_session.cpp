@@ -83,6 +83,7 @@ NatnetError NatnetSession::take(const NatnetPacket& packet, std::int64_t now_ns)
     case NatnetMessage::kEchoResponse:
       return take_echo(packet.payload, now_ns);
     case NatnetMessage::kUnrecognizedRequest:
+    case NatnetMessage::kUnrecognizedRequest256:
       if (phase_ == Phase::kAskingRate) enter(Phase::kAskingModel, now_ns);
       return NatnetError::kNone;
     case NatnetMessage::kDisconnect:

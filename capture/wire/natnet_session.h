@@ -104,6 +104,7 @@ class NatnetSession {
   NatnetOptions options_;
   Phase phase_ = Phase::kConnecting;
   std::size_t connect_form_ = 0;
+  bool masked_request_ = false;  ///< the form of the last request for models
   std::int64_t wait_ns_ = 0, retry_at_ns_ = INT64_MIN;
   std::int64_t heard_ns_ = INT64_MIN, framed_ns_ = INT64_MIN, keep_alive_at_ns_ = INT64_MIN, echo_at_ns_ = INT64_MIN;
   std::int64_t connected_ns_ = INT64_MIN;

@@ -31,6 +31,7 @@ void NatnetSession::enter(Phase phase, std::int64_t now_ns) noexcept {
     rate_hz_ = 0;
     if (NatnetDatagram* datagram = outgoing()) encode_text(NatnetMessage::kRequest, "FrameRate", *datagram);
   } else if (phase == Phase::kAskingModel) {
+    masked_request_ = false;
     send(NatnetMessage::kRequestModelDef);
   } else if (phase == Phase::kStreaming) {
     keep_alive_at_ns_ = echo_at_ns_ = connected_ns_ = now_ns;
@@ -62,7 +63,10 @@ void NatnetSession::retry(std::int64_t now_ns) {
     case Phase::kAskingModel:
       wait_ns_ = std::min(2 * wait_ns_, options_.longest_wait_ns);
       retry_at_ns_ = now_ns + wait_ns_;
-      return send(NatnetMessage::kRequestModelDef);
+      masked_request_ = !masked_request_;
+      if (!masked_request_) return send(NatnetMessage::kRequestModelDef);
+      if (NatnetDatagram* datagram = outgoing()) encode_masked_model_request(*datagram);
+      return;
     case Phase::kStreaming:
       return;
   }

@@ -33,6 +33,8 @@ class QtmDialog {
 
   /// The server does not answer, or not as QTM does.
   bool failed() const noexcept { return failed_; }
+  /// Whether the next text answers "Version".
+  bool asks_version() const noexcept { return phase_ == Phase::kVersion; }
   bool streaming() const noexcept { return phase_ == Phase::kStreaming; }
   const QtmSettings& settings() const noexcept { return settings_; }
   /// "1.13"; "1.1" where no version was accepted.

@@ -102,7 +102,12 @@ void QtmSession::take(const QtmPacket& packet, std::int64_t time_ns) {
       take_data(packet.body, time_ns);
       break;
     case QtmPacketType::kError:
-      counters().refuse(QtmRefusal::kErrorReply);
+      // Versions are tried from the newest down: a refusal is the way, not a fault.
+      if (dialog_.asks_version()) {
+        used();
+      } else {
+        counters().refuse(QtmRefusal::kErrorReply);
+      }
       dialog_.on_text(qtm_text(packet.body), true, time_ns);
       break;
     case QtmPacketType::kCommand:

@@ -54,6 +54,20 @@ constexpr std::array<NameAndValue, 10> kNoTimeBase{{{"Enabled", "False"},
                                                     {"Signal_Shutter_Delay", "0"},
                                                     {"Non_Periodic_Timeout", "0"}}};
 
+// The same holds for what QTM would do with a recording.
+constexpr std::array<const char*, 12> kProcessing{
+    "PreProcessing2D", "Tracking",  "TwinSystemMerge", "SplineFill",       "AIM",          "Track6DOF", "ForceData",
+    "GazeVector",      "ExportTSV", "ExportC3D",       "ExportMatlabFile", "ExportAviFile"};
+constexpr std::array<const char*, 6> kLiveProcessing{"PreProcessing2D", "Tracking",  "AIM",
+                                                     "Track6DOF",       "ForceData", "GazeVector"};
+// A take does not know when its system was calibrated, and clients refuse an empty date.
+constexpr const char* kNoCalibrationTime = "1970.01.01 00:00:00";
+
+void add_no_actions(pugi::xml_node general, const char* name, std::span<const char* const> actions) {
+  auto section = general.append_child(name);
+  for (const char* action : actions) add(section, action, "False");
+}
+
 void add_all(pugi::xml_node parent, std::span<const NameAndValue> entries) {
   for (const auto& [name, value] : entries) add(parent, name, value);
 }
@@ -93,11 +107,14 @@ std::string print_qtm_settings(const QtmSettings& settings, std::string_view ver
       add(stamp, "Type", "SMPTE");
       add(stamp, "Frequency", plain_number(std::round(*settings.timecode_rate_hz)));
     }
+    add_no_actions(general, "Processing_Actions", kProcessing);
+    add_no_actions(general, "RealTime_Processing_Actions", kLiveProcessing);
+    add_no_actions(general, "Reprocessing_Actions", kProcessing);
   }
   if (settings.labels) {
     auto markers = root.append_child("The_3D");
     add(markers, "AxisUpwards", settings.axis_upwards);
-    add(markers, "CalibrationTime", "");
+    add(markers, "CalibrationTime", kNoCalibrationTime);
     add(markers, "Labels", std::to_string(settings.labels->size()));
     for (const std::string& name : *settings.labels) {
       auto label = markers.append_child("Label");

@@ -18,6 +18,7 @@ using boost::system::error_code;
 constexpr std::size_t kMostDatagramsPerWakeUp = 64;
 constexpr int kSendBufferBytes = 4 << 20;
 constexpr std::int64_t kSettleNs = 50'000'000;  // from a client's request for the model to its readiness for frames
+constexpr std::int64_t kLongestSettleNs = 1'000'000'000;
 constexpr std::int32_t kModel = 1;
 constexpr float kMarkerSizeM = 0.004f;
 
@@ -33,7 +34,7 @@ float metres(float mm) noexcept { return static_cast<float>(static_cast<double>(
 }  // namespace
 
 NatnetServer::NatnetServer(boost::asio::io_context& io, const NatnetServerOptions& options)
-    : options_(options), receive_buffer_(kMaxNatnetDatagramBytes), socket_(io) {
+    : options_(options), receive_buffer_(kMaxNatnetDatagramBytes), socket_(io), data_socket_(io) {
   const address_v4 address = parse_address(options.address, "--listen");
   const std::string place = fmt::format("{}:{}", options.address, options.command_port);
   if (options.marker_set.empty() || options.marker_set.size() > 255) {
@@ -51,16 +52,38 @@ NatnetServer::NatnetServer(boost::asio::io_context& io, const NatnetServerOption
   socket_.non_blocking(true);
   socket_.set_option(udp::socket::send_buffer_size(kSendBufferBytes), error);
   port_ = socket_.local_endpoint().port();
+  open_data_port(address);
   if (options.multicast_group.empty()) return;
   if (!parse_address(options.multicast_group, "--multicast").is_multicast()) {
     throw UserError("--multicast", "\"" + options.multicast_group + "\" is no multicast address",
                     "such as 239.255.42.99");
   }
-  socket_.set_option(boost::asio::ip::multicast::outbound_interface(address), error);
+  udp::socket& sending = data_socket_.is_open() ? data_socket_ : socket_;
+  sending.set_option(boost::asio::ip::multicast::outbound_interface(address), error);
   if (error) throw UserError("--multicast", "cannot send from " + options.address + ": " + error.message(), "");
 }
 
 NatnetServer::~NatnetServer() { stop(); }
+
+/// OptiTrack's own client library takes frames only if they come from the server's data port. Shared, because clients
+/// on this machine may listen on it, too; a client that wants frames *at* that port would then not get them here.
+void NatnetServer::open_data_port(const address_v4& address) {
+  data_port_ = options_.data_port;
+  if (options_.to_data_port) return;
+  error_code error;
+  data_socket_.open(udp::v4(), error);
+  if (!error) data_socket_.set_option(udp::socket::reuse_address(true), error);
+  if (!error) data_socket_.bind(udp::endpoint(address, options_.data_port), error);
+  if (error) {
+    error_code ignored;
+    data_socket_.close(ignored);
+    data_port_problem_ = fmt::format("port {} is not ours ({})", options_.data_port, error.message());
+    return;
+  }
+  data_socket_.non_blocking(true);
+  data_socket_.set_option(udp::socket::send_buffer_size(kSendBufferBytes), error);
+  if (data_port_ == 0) data_port_ = data_socket_.local_endpoint().port();
+}
 
 void NatnetServer::start(const MarkerSet& set) {
   for (const std::string& name : set.names) {
@@ -81,6 +104,7 @@ void NatnetServer::stop() noexcept {
   for (const Client& client : clients_) reply(client.endpoint);
   error_code ignored;
   socket_.close(ignored);
+  data_socket_.close(ignored);
 }
 
 void NatnetServer::wait() {
@@ -158,14 +182,15 @@ void NatnetServer::send_frame(const MarkerFrame& frame, std::int64_t exposure_ns
             .suffix = suffix_of(frame, exposure_ns, now_ns)};
   const auto send = [this](const udp::endpoint& to) {
     error_code error;
-    socket_.send_to(boost::asio::buffer(datagram_), to, 0, error);
+    udp::socket& from = data_socket_.is_open() ? data_socket_ : socket_;
+    from.send_to(boost::asio::buffer(datagram_), to, 0, error);
     ++(error ? statistics_.frames_not_sent : statistics_.frames_sent);
   };
   if (!options_.multicast_group.empty()) {
     const bool changed =
         std::any_of(clients_.begin(), clients_.end(), [](const Client& c) { return c.version_changed; });
     encode_for(options_.version, changed);
-    send({parse_address(options_.multicast_group, "--multicast"), options_.data_port});
+    send({parse_address(options_.multicast_group, "--multicast"), data_port_});
     for (Client& client : clients_) client.version_changed = false;
     return;
   }
@@ -176,7 +201,7 @@ void NatnetServer::send_frame(const MarkerFrame& frame, std::int64_t exposure_ns
     if (options_.to_data_port && std::find_if(clients_.begin(), client, same_host) != client) continue;
     const bool encoded = before != nullptr && before->version == client->version && !client->version_changed;
     if (!encoded) encode_for(client->version, client->version_changed);
-    send(options_.to_data_port ? udp::endpoint(client->endpoint.address(), options_.data_port) : client->endpoint);
+    send(options_.to_data_port ? udp::endpoint(client->endpoint.address(), data_port_) : client->endpoint);
     before = client->version_changed ? nullptr : &*client;
     client->version_changed = false;
   }
@@ -185,7 +210,8 @@ void NatnetServer::send_frame(const MarkerFrame& frame, std::int64_t exposure_ns
 std::size_t NatnetServer::streaming_clients() const noexcept {
   const std::int64_t now_ns = monotonic_now_ns();
   return static_cast<std::size_t>(std::count_if(clients_.begin(), clients_.end(), [&](const Client& client) {
-    return client.asked_model_ns != INT64_MAX && now_ns - client.asked_model_ns >= kSettleNs;
+    const bool knows_model = client.asked_model_ns != INT64_MAX && now_ns - client.asked_model_ns >= kSettleNs;
+    return knows_model || now_ns - client.connected_ns >= kLongestSettleNs;  // some never ask, or asked before
   }));
 }
 

@@ -1,5 +1,6 @@
 // What a NatnetServer answers.
 #include <algorithm>
+#include <array>
 #include <boost/asio/buffer.hpp>
 #include <charconv>
 #include <fmt/format.h>
@@ -48,6 +49,8 @@ void NatnetServer::answer(std::span<const std::byte> datagram, const udp::endpoi
     case NatnetMessage::kConnect: {
       Client& client = client_of(from);
       client.heard_ns = now_ns;
+      if (client.connected_ns == 0) client.connected_ns = now_ns;
+      adopt_asked_version(packet.payload, client);
       encode_server_info(info(client.version), reply_);
       reply(from);
       return;
@@ -99,6 +102,15 @@ void NatnetServer::answer(std::span<const std::byte> datagram, const udp::endpoi
 /// The commands that make sense for a take that plays; the answer is in reply_.
 bool NatnetServer::answer_command(std::string_view command, Client& client) {
   constexpr std::string_view kBitstream = "Bitstream,";
+  constexpr std::array<std::string_view, 6> kWithoutEffect{"LiveMode",     "EditMode",        "TimelinePlay",
+                                                           "TimelineStop", "SubscribeToData", "SubscribedDataOnly"};
+  constexpr std::array<std::string_view, 4> kWithoutEffectOn{"SetPlayback", "SubscribeToData,", "EnableAsset,",
+                                                             "DisableAsset,"};
+  if (command == "Bitstream") {
+    encode_text(NatnetMessage::kResponse, fmt::format("Bitstream,{}.{}", client.version.major, client.version.minor),
+                reply_);
+    return true;
+  }
   if (command.starts_with(kBitstream)) return answer_bitstream(command.substr(kBitstream.size()), client);
   if (command == "FrameRate") {
     encode_response(rate_hz_, reply_);
@@ -110,6 +122,11 @@ bool NatnetServer::answer_command(std::string_view command, Client& client) {
     encode_response(std::int32_t{0}, reply_);  // none; live
   } else if (command == "StartRecording" || command == "StopRecording") {
     recording_ = command == "StartRecording";
+    encode_response(std::int32_t{0}, reply_);
+  } else if (std::ranges::find(kWithoutEffect, command) != kWithoutEffect.end() ||
+             std::ranges::any_of(kWithoutEffectOn,
+                                 [&](std::string_view begin) { return command.starts_with(begin); })) {
+    // A take that plays is live, and all of it is sent: what they ask for is so already, or makes no difference.
     encode_response(std::int32_t{0}, reply_);
   } else {
     return false;
@@ -130,6 +147,15 @@ bool NatnetServer::answer_bitstream(std::string_view version, Client& client) {
   return true;
 }
 
+/// Behind its own name and versions a client may say which bit stream it wants; in multicast all get the same.
+void NatnetServer::adopt_asked_version(std::span<const std::byte> connect, Client& client) const noexcept {
+  constexpr std::size_t kAt = 265;  // 264 bytes of the sender, one for a choice of assets
+  if (connect.size() < kAt + 4 || !options_.multicast_group.empty()) return;
+  const NatnetVersion asked{std::to_integer<std::uint8_t>(connect[kAt]),
+                            std::to_integer<std::uint8_t>(connect[kAt + 1])};
+  if (asked.major != 0) client.version = std::clamp(asked, kOldest, kNewest);
+}
+
 bool NatnetServer::reply(const udp::endpoint& to) {
   error_code error;
   socket_.send_to(boost::asio::buffer(reply_), to, 0, error);
@@ -141,7 +167,7 @@ NatnetServerInfo NatnetServer::info(NatnetVersion version) const {
                         .application_version = {0, 1, 0, 0},
                         .version = version,
                         .clock_frequency = kClockFrequency,
-                        .data_port = options_.data_port,
+                        .data_port = data_port_,
                         .multicast = !options_.multicast_group.empty()};
   if (info.multicast) info.group = boost::asio::ip::make_address_v4(options_.multicast_group).to_bytes();
   return info;

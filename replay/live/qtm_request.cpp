@@ -42,7 +42,10 @@ bool read_udp(std::string_view word, QtmStreamRequest& request) {
 }
 
 bool read_component(std::string_view word, QtmComponents& components) {
-  if (word == "3d") {
+  if (word == "all") {
+    components = {
+        .markers = true, .residuals = true, .unlabelled = true, .unlabelled_residuals = true, .timecode = true};
+  } else if (word == "3d") {
     components.markers = true;
   } else if (word == "3dres") {
     components.residuals = true;

@@ -16,6 +16,8 @@ using boost::system::error_code;
 
 constexpr std::size_t kLongestRequest = 1 << 15;
 constexpr std::string_view kParseError = "Parse error";
+// Of Risorius; in the only form that clients can read.
+constexpr std::string_view kQtmVersion = "QTM Version is 0.1 (build 0)";
 
 /// Settings of QTM that have nothing to do with markers: known, and empty here.
 constexpr std::array<std::string_view, 9> kOtherSections{
@@ -121,7 +123,7 @@ std::optional<std::size_t> QtmServer::take(TcpServer::ClientId id, std::span<con
     }
     const bool answered = packet.type == QtmPacketType::kCommand
                               ? answer(id, clients_[id], qtm_text(packet.body))
-                              : refuse(id, kParseError);  // settings can be read only
+                              : refuse(id, "Setting parameters failed");  // they can be read only
     ++(answered ? statistics_.requests : statistics_.refused_requests);
   }
 }
@@ -139,7 +141,7 @@ bool QtmServer::answer(TcpServer::ClientId id, Client& client, std::string_view 
     return true;
   }
   if (words[0] == "qtmversion") {
-    say(id, fmt::format("QTM Version is played by Risorius {}", kVersion));
+    say(id, kQtmVersion);
     return true;
   }
   if (words[0] == "byteorder") {
@@ -161,6 +163,8 @@ bool QtmServer::answer_control(TcpServer::ClientId id, const Words& words) {
     say(id, "You are already a regular client");
     return true;
   }
+  if (words[0] == "getcapturec3d" || words[0] == "getcaptureqtm") return refuse(id, "No capture to get");
+  if (words[0] == "checklicense") return refuse(id, "License fail");
   const bool known = std::find(kMasterCommands.begin(), kMasterCommands.end(), words[0]) != kMasterCommands.end();
   return refuse(id, known ? "You must be master to issue this command" : kParseError);
 }

@@ -44,6 +44,19 @@ TEST(Watchdog, LearnsTheRateThatNobodyStates) {
   EXPECT_TRUE(dog.look(1980 * kMs + 61 * kMs));
 }
 
+TEST(Watchdog, RecoversFromABurstAtAnUnknownRate) {
+  Watchdog dog;
+  dog.use_rate(0);
+  for (int f = 0; f < 50; ++f) dog.frame_came(f * kMs / 100);
+  std::uint64_t silences = 0;
+  for (int f = 1; f <= 200; ++f) {
+    if (f == 100) silences = dog.silences().value();
+    dog.look(f * 20 * kMs - kMs);
+    dog.frame_came(f * 20 * kMs);
+  }
+  EXPECT_EQ(dog.silences().value(), silences) << "the frame time was never learnt again";
+}
+
 TEST(Watchdog, IsSilentAfterTheEndOfAStream) {
   Watchdog dog;
   dog.use_rate(1000);

@@ -139,7 +139,7 @@ TEST(Tool, LeavesNothingHalfWrittenBehindWhenInterrupted) {
     whole.insert(whole.end(), command.begin(), command.end());
     Process process(whole);
     const auto begun = [&] { return !std::filesystem::is_empty(folder.path()); };
-    for (int i = 0; i < 500 && !begun(); ++i) usleep(20'000);
+    for (int i = 0; i < 3000 && !begun(); ++i) usleep(20'000);
     ASSERT_TRUE(begun());
     usleep(300'000);  // into the frames
     process.send_signal(SIGINT);

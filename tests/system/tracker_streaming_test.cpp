@@ -4,29 +4,14 @@
 #include <fstream>
 #include <gtest/gtest.h>
 #include <map>
-#include <sstream>
 
 #include "support/process.h"
 #include "support/test_data.h"
 #include "system/running_daemon.h"
+#include "system/stream_checks.h"
 
 namespace risorius::test {
 namespace {
-
-std::string bytes_of(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream bytes;
-  bytes << file.rdbuf();
-  return bytes.str();
-}
-
-void expect_equal_takes(const std::filesystem::path& live, const std::filesystem::path& offline) {
-  for (const char* file : {"cleaned.c3d", "au.csv", "au_sd.csv", "pose.csv", "quality.csv", "episodes.csv"}) {
-    const std::string expected = bytes_of(offline / file);
-    ASSERT_FALSE(expected.empty()) << offline / file;
-    EXPECT_TRUE(bytes_of(live / file) == expected) << file << " differs between " << live << " and " << offline;
-  }
-}
 
 /// A performed take with occlusions and false tracks, and its offline causal dataset.
 struct Performed {
@@ -73,30 +58,8 @@ std::string source(const std::string& name, const std::string& url, const std::s
 const char* const kQueues = "[queues]\nadmission = 16384\npublish = 16384\nrecord = 16384\n";
 
 nlohmann::json wait_for(const RunningDaemon& daemon, const std::map<std::string, std::uint64_t>& frames) {
-  const auto begin = std::chrono::steady_clock::now();
-  nlohmann::json streams;
-  while (std::chrono::steady_clock::now() - begin < std::chrono::seconds(60)) {
-    streams = daemon.status().at("streams");
-    bool done = true;
-    for (const auto& [name, count] : frames)
-      done = done && streams.at(name).at("processed").get<std::uint64_t>() >= count;
-    if (done) return streams;
-  }
-  ADD_FAILURE() << "not all frames came: " << streams.dump(1);
-  return streams;
-}
-
-void expect_nothing_lost(const nlohmann::json& stream, std::uint64_t frames) {
-  for (const auto& ledger :
-       {stream.at("datagrams"), stream.at("frames").at("assembled"), stream.at("reorder"), stream.at("admission")}) {
-    const auto of = [&](const char* key) { return ledger.at(key).get<std::uint64_t>(); };
-    EXPECT_EQ(of("received"), of("emitted") + of("dropped") + of("refused") + of("held")) << ledger.dump();
-    EXPECT_EQ(of("held"), 0u) << ledger.dump();
-    EXPECT_EQ(of("dropped"), 0u) << ledger.dump();
-  }
-  EXPECT_EQ(stream.at("processed"), frames);
-  EXPECT_EQ(stream.at("frames").at("lost"), 0);
-  EXPECT_EQ(stream.at("datagrams").at("kernel_drops"), 0);
+  EXPECT_TRUE(all_solved(daemon, frames)) << "not all frames came";
+  return daemon.status().at("streams");
 }
 
 void expect_equal_over_all_transports(double rate_hz, double seconds) {

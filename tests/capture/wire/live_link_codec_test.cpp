@@ -95,9 +95,16 @@ TEST(LiveLinkCodec, SaysWhatIsWrong) {
   EXPECT_EQ(error_of(HandLiveLink{.subframe = NAN}.bytes()), LiveLinkError::kTime);
   EXPECT_EQ(error_of(HandLiveLink{.subframe = 1.5F}.bytes()), LiveLinkError::kTime);
   EXPECT_EQ(error_of(HandLiveLink{.fps = 0}.bytes()), LiveLinkError::kTime);
-  EXPECT_EQ(error_of(HandLiveLink{.denominator = 0}.bytes()), LiveLinkError::kTime);
+  EXPECT_EQ(error_of(HandLiveLink{.denominator = -1}.bytes()), LiveLinkError::kTime);
   EXPECT_EQ(error_of(HandLiveLink{.fps = 1001, .denominator = 1}.bytes()), LiveLinkError::kTime);
   EXPECT_EQ(error_of(HandLiveLink{.fps = 30000, .denominator = 1001}.bytes()), LiveLinkError::kNone);
+}
+
+TEST(LiveLinkCodec, ADenominatorOf0MeansAWholeRate) {
+  const auto bytes = HandLiveLink{.fps = 24, .denominator = 0}.bytes();
+  LiveLinkPacket packet;
+  ASSERT_EQ(decode_live_link(bytes, packet), LiveLinkError::kNone);
+  EXPECT_EQ(packet.rate_hz(), 24);
 }
 
 TEST(LiveLinkCodec, EveryTruncationIsRefusedButTheOneThatSaysNoFace) {

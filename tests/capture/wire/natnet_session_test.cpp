@@ -34,11 +34,31 @@ TEST(NatnetSession, TriesTheFormsOfConnectInTurnAndBacksOff) {
     client.advance(1);
   }
   ASSERT_GT(tries.size(), 12u);
-  for (std::size_t i = 0; i < tries.size(); ++i) EXPECT_EQ(tries[i].second, (std::array{4u, 9u, 268u}[i % 3]));
+  for (std::size_t i = 0; i < tries.size(); ++i) EXPECT_EQ(tries[i].second, (std::array{268u, 9u, 4u}[i % 3]));
   for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(tries[i].first, static_cast<std::int64_t>(250 * i));
   EXPECT_EQ(tries[4].first - tries[3].first, 500);
   EXPECT_EQ(tries.back().first - tries[tries.size() - 2].first, 5000);
   EXPECT_EQ(client.session.counters().link, LinkState::kConnecting);
+}
+
+TEST(NatnetSession, AsksForModelsInBothForms) {
+  Client client;
+  client.tick();
+  client.push(natnet_server_info(4, 1));
+  client.push(test::natnet_message(256, {}).bytes());  // "unrecognized", of servers that know no rate
+  std::vector<std::size_t> sizes;
+  for (int ms = 0; ms < 3000; ++ms) {
+    for (const Bytes& datagram : client.sent()) {
+      NatnetPacket packet;
+      ASSERT_EQ(decode_natnet(datagram, packet), NatnetError::kNone);
+      if (packet.message() == NatnetMessage::kRequestModelDef) sizes.push_back(datagram.size());
+    }
+    client.advance(1);
+  }
+  ASSERT_GE(sizes.size(), 3u);
+  EXPECT_EQ(sizes[0], 4u);
+  EXPECT_EQ(sizes[1], 8u) << "there are servers that answer only a request with a mask";
+  EXPECT_EQ(sizes[2], 4u);
 }
 
 TEST(NatnetSession, AsksForRateAndModelThenGivesNamesAndFrames) {

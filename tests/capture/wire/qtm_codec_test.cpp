@@ -291,6 +291,20 @@ TEST(QtmSettings, ReadsBackWhatItWrites) {
   EXPECT_EQ(print_qtm_settings(settings, "1.13").find("<QTM_Parameters_Ver_1.13>"), 0u);
 }
 
+TEST(QtmSettings, HasAllThatClientsOfTheVendorInsistOn) {
+  const std::string xml = print_qtm_settings(
+      {.labels = std::vector<std::string>{"chin"}, .frequency_hz = 120, .axis_upwards = "+Y"}, "1.27");
+  std::size_t at = 0;
+  for (const char* element : {"<General>", "<External_Time_Base>", "<Processing_Actions>", "<PreProcessing2D>",
+                              "<TwinSystemMerge>", "<ExportAviFile>", "<RealTime_Processing_Actions>", "<GazeVector>",
+                              "<Reprocessing_Actions>", "<SplineFill>", "</General>", "<CalibrationTime>"}) {
+    at = xml.find(element, at);
+    ASSERT_NE(at, std::string::npos) << element << " is missing or in another place\n" << xml;
+  }
+  EXPECT_EQ(xml.find("<CalibrationTime></CalibrationTime>"), std::string::npos);
+  EXPECT_EQ(xml.find("<CalibrationTime />"), std::string::npos);
+}
+
 TEST(QtmSettings, SurvivesMutations) {
   const std::string good = print_qtm_settings(
       {.labels = std::vector<std::string>{"a<b", "c"}, .frequency_hz = 120, .axis_upwards = "+Y"}, "1.13");

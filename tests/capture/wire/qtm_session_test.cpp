@@ -148,6 +148,7 @@ TEST(QtmSession, GoesDownUntilAVersionIsAccepted) {
     EXPECT_EQ(asked, "Version 1." + std::to_string(minor) + "\n");
   }
   EXPECT_EQ(talk.hear(command("Version set to 1.13")), "GetState\n");
+  EXPECT_EQ(talk.session.counters().of(QtmRefusal::kErrorReply), 0u) << "finding the version is no fault";
   EXPECT_EQ(talk.session.dialog().version(), "1.13");
 }
 

@@ -49,6 +49,24 @@ TEST(LiveLinkSender, WhatItSendsArrivesByNameAndNumber) {
   EXPECT_EQ(frames[69].value, frames[0].value);
 }
 
+TEST(LiveLinkSender, SendsTheAnglesOfHeadAndEyes) {
+  const test::TemporaryFolder folder;
+  const auto path = folder.path() / "face.csv";
+  test::write_live_link_csv(path, {.frames = 61});
+  const LiveLinkTake take = load_live_link_csv(path);
+  boost::asio::io_context io;
+  boost::asio::ip::udp::socket receiver(io, {boost::asio::ip::address_v4::loopback(), 0});
+  LiveLinkSender sender(io, take, {.port = receiver.local_endpoint().port()});
+  sender.start({});
+  MarkerFrame frame;
+  sender.send_frame(frame, 0);
+  std::vector<std::byte> bytes(2048);
+  bytes.resize(receiver.receive(boost::asio::buffer(bytes)));
+  LiveLinkPacket packet;
+  ASSERT_EQ(decode_live_link(bytes, packet), LiveLinkError::kNone);
+  for (std::size_t i = kFaceShapes; i < kLiveLinkValues; ++i) EXPECT_EQ(packet.value[i], 0.1F);
+}
+
 TEST(LiveLinkSender, ARecordingWithoutAShapeOrAnAddressThatIsNoneAreTheUsersToSolve) {
   boost::asio::io_context io;
   LiveLinkTake take{.shapes = {.names = {"jawOpen"}, .frames = {0}, .intensities = {{0.5}}}, .rate_hz = 60};

@@ -105,6 +105,11 @@ TEST(NatnetServer, AnswersWhatClientsAskFor) {
   EXPECT_EQ(stranger.ask(*served.server, request("FrameRate")), natnet_message(3, HandPacket().f32({120})).bytes());
   EXPECT_EQ(stranger.ask(*served.server, request("UnitsToMillimeters")),
             natnet_message(3, HandPacket().f32({1000})).bytes());
+  EXPECT_EQ(stranger.ask(*served.server, request("LiveMode")), natnet_message(3, HandPacket().i32(0)).bytes());
+  EXPECT_EQ(stranger.ask(*served.server, request("SetPlaybackLooping,1")),
+            natnet_message(3, HandPacket().i32(0)).bytes());
+  EXPECT_EQ(stranger.ask(*served.server, request("Bitstream")),
+            natnet_message(3, HandPacket().text("Bitstream,4.1")).bytes());
   EXPECT_EQ(stranger.ask(*served.server, request("MakeCoffee")), natnet_message(100, {}).bytes());
   EXPECT_EQ(stranger.ask(*served.server, natnet_message(55, {})), natnet_message(100, {}).bytes());
   const std::int64_t before_ns = monotonic_now_ns();
@@ -143,6 +148,68 @@ TEST(NatnetServer, SendsFramesOfTheVersionThatItsClientWants) {
     EXPECT_EQ(frame.suffix.params, 0);
   }
   EXPECT_EQ(served.server->statistics().frames_sent, 4u);
+}
+
+TEST(NatnetServer, FramesComeFromTheDataPortThatItTells) {
+  Served served({.data_port = 0});
+  Stranger stranger(served.io);
+  const Bytes info = stranger.ask(*served.server, HandPacket().u16(0).u16(0));
+  NatnetServerInfo told;
+  ASSERT_EQ(decode_server_info(std::span(info).subspan(4), told), NatnetError::kNone);
+  EXPECT_NE(told.data_port, 0);
+  EXPECT_NE(told.data_port, port_of(*served.server));
+  served.server->send_frame(face_frame(1), 5);
+  ASSERT_EQ(stranger.receive().at(0), std::byte{7});
+  EXPECT_EQ(stranger.from_port(), told.data_port);
+  EXPECT_EQ(served.server->data_port_problem(), "");
+}
+
+TEST(NatnetServer, SendsFromTheCommandPortWhereAnotherHasTheDataPort) {
+  boost::asio::io_context io;
+  Stranger owner(io), stranger(io);  // the owner does not share its port
+  NatnetServer server(io, {.command_port = 0, .data_port = owner.port()});
+  EXPECT_NE(server.data_port_problem(), "");
+  server.start(face());
+  stranger.ask(server, HandPacket().u16(0).u16(0));
+  server.send_frame(face_frame(1), 5);
+  ASSERT_EQ(stranger.receive().at(0), std::byte{7});
+  EXPECT_EQ(stranger.from_port(), port_of(server));
+}
+
+TEST(NatnetServer, ConnectMayAskForAVersionOfTheBitStream) {
+  for (const auto& [major, minor, given] :
+       {std::tuple{3, 1, NatnetVersion{3, 1}}, {2, 9, NatnetVersion{3, 0}}, {9, 0, NatnetVersion{4, 1}}}) {
+    Served served;
+    Stranger stranger(served.io);
+    HandPacket sender;
+    sender.text("client")
+        .zeros(264 - 7)
+        .u8(0)
+        .u8(static_cast<std::uint8_t>(major))
+        .u8(static_cast<std::uint8_t>(minor));
+    const Bytes info = stranger.ask(*served.server, natnet_message(0, sender.zeros(2)));
+    NatnetServerInfo told;
+    ASSERT_EQ(decode_server_info(std::span(info).subspan(4), told), NatnetError::kNone);
+    EXPECT_EQ(told.version, given);
+    served.server->send_frame(face_frame(4), 5);
+    const Bytes bytes = stranger.receive();
+    NatnetFrame frame;
+    ASSERT_EQ(decode_frame(std::span(bytes).subspan(4), given, frame), NatnetError::kNone);
+    EXPECT_FALSE(frame.other_layout);
+  }
+}
+
+TEST(NatnetServer, WaitsNotForeverForAClientThatNeverAsksForTheModel) {
+  Served served;
+  Stranger stranger(served.io);
+  stranger.ask(*served.server, HandPacket().u16(0).u16(0));
+  EXPECT_EQ(served.server->streaming_clients(), 0u) << "it may still ask";
+  const std::int64_t begin_ns = monotonic_now_ns();
+  while (served.server->streaming_clients() == 0 && monotonic_now_ns() - begin_ns < 20'000'000'000) {
+    served.io.restart();
+    served.io.run_one_for(std::chrono::milliseconds(10));
+  }
+  EXPECT_EQ(served.server->streaming_clients(), 1u);
 }
 
 TEST(NatnetServer, ForgetsClientsThatLeaveOrSayNothing) {

@@ -113,6 +113,8 @@ TEST(QtmServer, AnswersAsQtmDoes) {
   EXPECT_EQ(client.reply("Dance"), "0 Parse error");
   EXPECT_EQ(client.reply(""), "0 Parse error");
   EXPECT_EQ(client.reply("Start rtfromfile"), "0 You must be master to issue this command");
+  EXPECT_EQ(client.reply("GetCaptureC3D"), "0 No capture to get");
+  EXPECT_EQ(client.reply("QTMVersion"), "1 QTM Version is 0.1 (build 0)");  // the only form that clients can read
   EXPECT_EQ(client.reply("GetParameters"), "0 Parse error");
   EXPECT_EQ(client.reply("GetParameters 3D Nonsense"), "0 Parse error");
   EXPECT_EQ(client.reply("StreamFrames AllFrames"), "0 Parse error");
@@ -122,7 +124,7 @@ TEST(QtmServer, AnswersAsQtmDoes) {
   EXPECT_EQ(client.packet(), (std::pair<std::uint32_t, Bytes>{6, hex("08")}));
   client.say("GetCurrentFrame 3D");
   EXPECT_EQ(client.packet().first, 4u) << "no frame yet: no more data";
-  EXPECT_EQ(serving.server.statistics().refused_requests, 11u);
+  EXPECT_EQ(serving.server.statistics().refused_requests, 12u);
 }
 
 TEST(QtmServer, TellsLabelsAndRate) {
@@ -310,6 +312,9 @@ TEST(QtmRequest, ReadsRatesAddressesAndComponents) {
   EXPECT_EQ(request->udp_port, 4545);
   EXPECT_TRUE(request->components.unlabelled && request->components.timecode);
   EXPECT_FALSE(request->components.markers);
+  const auto all = parse_qtm_stream_request(qtm_words("StreamFrames AllFrames All"), 1);
+  ASSERT_TRUE(all);
+  EXPECT_TRUE(all->components.markers && all->components.unlabelled && all->components.timecode);
   for (const char* bad : {"s", "s AllFrames", "s Frequency:x 3D", "s Frequency:-1 3D", "s AllFrames UDP:70000 3D",
                           "s AllFrames UDP:x 3D", "s Sometimes 3D"}) {
     EXPECT_FALSE(parse_qtm_stream_request(qtm_words(bad), 1)) << bad;
