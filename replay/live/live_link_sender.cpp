@@ -1,7 +1,6 @@
 #include "replay/live/live_link_sender.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
@@ -13,11 +12,6 @@ namespace {
 
 using boost::asio::ip::udp;
 using boost::system::error_code;
-
-/// Of head and eyes, behind the shapes.
-constexpr std::array<std::string_view, kLiveLinkValues - kFaceShapes> kAngles{
-    "headYaw",     "headPitch",   "headRoll",      "leftEyeYaw",  "leftEyePitch",
-    "leftEyeRoll", "rightEyeYaw", "rightEyePitch", "rightEyeRoll"};
 
 /// The rate as the packets state it: whole, or NTSC's, or in thousandths.
 void state_rate(double rate_hz, LiveLinkPacket& packet) {
@@ -57,11 +51,6 @@ LiveLinkSender::LiveLinkSender(boost::asio::io_context& io, const LiveLinkTake& 
       throw UserError("the recording", fmt::format("has no column for {}", shape), "give a whole recording of the app");
     column_of_shape_.push_back(static_cast<std::size_t>(found - names.begin()));
   }
-  for (const std::string_view angle : kAngles) {
-    const auto found = std::ranges::find(names, angle);
-    column_of_angle_.push_back(found == names.end() ? std::nullopt
-                                                    : std::optional(static_cast<std::size_t>(found - names.begin())));
-  }
   error_code error;
   target_ = udp::endpoint(boost::asio::ip::make_address(options_.address, error), options_.port);
   if (error || options_.port == 0) {
@@ -86,16 +75,15 @@ void LiveLinkSender::send_frame(const MarkerFrame& frame, std::int64_t) {
   const std::uint64_t in_round = frame.header.sequence % (frames.back() + 1);
   const auto found = std::ranges::lower_bound(frames, in_round);
   if (found == frames.end() || *found != in_round) return;
-  const auto& row = take_.shapes.intensities[static_cast<std::size_t>(found - frames.begin())];
+  const auto line = static_cast<std::size_t>(found - frames.begin());
+  const auto& row = take_.shapes.intensities[line];
   packet_.has_face = false;
   packet_.value.fill(0);
   for (std::size_t i = 0; i < kFaceShapes; ++i) {
     packet_.value[i] = static_cast<float>(row[column_of_shape_[i]]);
     packet_.has_face = packet_.has_face || !std::isnan(packet_.value[i]);
   }
-  for (std::size_t i = 0; i < kAngles.size(); ++i) {
-    if (column_of_angle_[i]) packet_.value[kFaceShapes + i] = static_cast<float>(row[*column_of_angle_[i]]);
-  }
+  std::ranges::copy(take_.angles[line], packet_.value.begin() + kFaceShapes);
   const std::uint64_t day = static_cast<std::uint64_t>(std::llround(86400.0 * std::round(packet_.rate_hz())));
   packet_.frame =
       static_cast<std::int32_t>((static_cast<std::uint64_t>(options_.first_frame) + frame.header.sequence) % day);

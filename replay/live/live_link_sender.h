@@ -6,7 +6,6 @@
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/udp.hpp>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -59,7 +58,6 @@ class LiveLinkSender : public TrackerServer {
   boost::asio::ip::udp::socket socket_;
   boost::asio::ip::udp::endpoint target_;
   std::vector<std::size_t> column_of_shape_;
-  std::vector<std::optional<std::size_t>> column_of_angle_;  ///< of head and eyes; none: 0 is sent
   LiveLinkPacket packet_;
   ByteAppender bytes_;
   TrackerServerStatistics statistics_;

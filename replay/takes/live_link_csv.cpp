@@ -112,6 +112,14 @@ double value_at(const CsvFile& file, std::size_t column) {
   return *value;
 }
 
+/// Nothing is solved from them: they are handed on.
+float angle_at(const CsvFile& file, std::size_t column) {
+  if (file.cell(column).empty()) return 0;
+  const auto value = parse_double(file.cell(column));
+  if (!value) file.fail_at(column, "write a number with a decimal point, or leave it empty");
+  return static_cast<float>(*value);
+}
+
 /// Beyond this a leap is a wrong timecode, not a loss: a quarter of an hour at 60 Hz.
 constexpr std::uint64_t kLongestLeap = 54'000;
 
@@ -156,12 +164,15 @@ LiveLinkTake load_live_link_csv(const std::filesystem::path& path, std::optional
                     "it begins with Timecode,BlendShapeCount,EyeBlinkLeft,...");
   LiveLinkTake take;
   std::vector<std::size_t> shape_columns;
+  std::array<std::size_t, kLiveLinkAngles.size()> angle_columns{};  // 0: there is none
   std::unordered_set<std::string> seen;
   for (std::size_t column = 2; column < columns.size(); ++column) {
     const std::string name = arkit_name(columns[column]);
     if (name.empty() || !seen.insert(name).second)
       throw UserError(header_place, "column '" + columns[column] + "' has no name or stands twice",
                       "name each shape once");
+    if (const auto angle = std::ranges::find(kLiveLinkAngles, name); angle != kLiveLinkAngles.end())
+      angle_columns[static_cast<std::size_t>(angle - kLiveLinkAngles.begin())] = column;
     if (is_rotation(name) && column + kRotations >= columns.size()) continue;
     take.shapes.names.push_back(name);
     shape_columns.push_back(column);
@@ -176,6 +187,10 @@ LiveLinkTake load_live_link_csv(const std::filesystem::path& path, std::optional
     auto& row = take.shapes.intensities.emplace_back();
     row.reserve(shape_columns.size());
     for (const std::size_t column : shape_columns) row.push_back(value_at(file, column));
+    auto& angles = take.angles.emplace_back();
+    for (std::size_t i = 0; i < angles.size(); ++i) {
+      if (angle_columns[i] != 0) angles[i] = angle_at(file, angle_columns[i]);
+    }
   }
   if (codes.empty()) throw UserError(path.string(), "has no frames", "give a recording with frames");
   const auto clock = infer_clock(codes);

@@ -3,17 +3,26 @@
 // count in a finer base than the frames (30 frames per second as 0, 2, 4, ... 58). Holes are steps of several frames.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "replay/takes/au_series.h"
 
 namespace risorius {
 
+/// The app's rotations of head and eyes, in the order of its packets.
+inline constexpr std::array<std::string_view, 9> kLiveLinkAngles{"headYaw",     "headPitch",     "headRoll",
+                                                                 "leftEyeYaw",  "leftEyePitch",  "leftEyeRoll",
+                                                                 "rightEyeYaw", "rightEyePitch", "rightEyeRoll"};
+
 struct LiveLinkTake {
   AuSeries shapes;  ///< ARKit's names ("eyeBlinkLeft"), whatever order the file has; frame numbers from 0, with holes
+  /// Of each frame, as they stand in the file (the app's unit: radians); 0 where it has no such column or value.
+  std::vector<std::array<float, kLiveLinkAngles.size()>> angles;
   double rate_hz = 0;
   std::vector<std::string> warnings;
 };
