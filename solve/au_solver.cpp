@@ -18,6 +18,9 @@ constexpr std::int64_t kRecentNs = 200'000'000;
 /// unquestioned.
 constexpr double kAcceptedGrowth = 1.5;
 
+/// Over which the residuals' variance is averaged, and the most that it is believed to be.
+constexpr double kResidualMemory_s = 1, kMostNoiseMm = 2;
+
 /// Of a worse median residual than this the cause is looked for.
 constexpr double kSuspiciousMedianMm = 4;
 Rig checked(Rig rig) {
@@ -65,6 +68,7 @@ void AuSolver::set_neutral(const Eigen::Matrix3Xd& neutral_mm) {
   Rig renewed = rig_;
   renewed.neutral_mm = neutral_mm;
   rig_ = checked(std::move(renewed));
+  fit_.use_neutral(rig_);
 }
 
 bool AuSolver::push(const MarkerFrame& frame) noexcept {
@@ -94,6 +98,7 @@ void AuSolver::start_take() noexcept {
   fit_.reset();
   std::fill(seen_.begin(), seen_.end(), char{0});
   world_from_head_ = {};
+  fit_.penalties().expect_residuals(options_.noise_mm * options_.noise_mm);
 }
 
 void AuSolver::solve(const MarkerFrame& frame, AuFrame& out) noexcept {
@@ -101,6 +106,7 @@ void AuSolver::solve(const MarkerFrame& frame, AuFrame& out) noexcept {
   out.header = frame.header;
   out.header.set_id = au_set_id_;
   out.count = static_cast<std::uint32_t>(rig_.au_count());
+  const double step_s = static_cast<double>(difference_ns(frame.header.capture_time_ns, last_time_ns_)) * 1e-9;
   markers_.read(frame);
   decide_observed();
   fit_.begin_frame(markers_, upper_, fixed_, begin_penalties(frame.header.capture_time_ns));
@@ -111,17 +117,25 @@ void AuSolver::solve(const MarkerFrame& frame, AuFrame& out) noexcept {
     publish_intensities(options_.noise_mm, false, out);
     return;
   }
-  // Only the last fit is published, so only that one must be exact.
-  for (int refinement = 0; refinement < options_.pose_refinements; ++refinement) {
-    refine_pose();
-    if (refinement + 1 < options_.pose_refinements) fit(QpEffort::kPrediction);
+  if (fresh_) {  // what this face leaves unexplained is not known before it was fitted once
+    learn_residuals(0);
+    fit();
   }
-  const QpResult qp = fit(QpEffort::kExact);
+  const QpResult qp = fit_.certify();
   last_cost_mm2_ = fit_.truncated_mean_square_mm2(markers_);
   publish(qp, out);
+  if (!fresh_) learn_residuals(step_s);
   // From a face that is not the rig's there is nothing to go on.
   fresh_ = out.status == SolverStatus::kPoorFit || out.status == SolverStatus::kMirrored;
   last_time_ns_ = frame.header.capture_time_ns;
+}
+
+/// A good rig leaves its noise, a poor one some millimetres: by that the price of an intensity is set.
+void AuSolver::learn_residuals(double step_s) noexcept {
+  const double noise_mm = std::min(fit_.noise_from_residuals_mm(), kMostNoiseMm);
+  const double renewed = fresh_ ? 1 : 1 - std::exp(-std::max(step_s, 0.0) / kResidualMemory_s);
+  variance_mm2_ += renewed * (noise_mm * noise_mm - variance_mm2_);
+  fit_.penalties().expect_residuals(variance_mm2_);
 }
 
 /// Finds the head and fits the AUs to it; false if the pose is not determined. Two starts: where the face of the last
@@ -133,7 +147,7 @@ bool AuSolver::find_pose(std::int64_t capture_time_ns) noexcept {
   if (!stabiliser_pose_.is_possible(markers_) || !anything_measured()) return false;
   double cost = std::numeric_limits<double>::infinity();
   if (!fresh_ && step_ns > 0 && step_ns < kRecentNs && refine_pose()) {
-    fit(QpEffort::kPrediction);
+    fit();
     cost = fit_.truncated_mean_square_mm2(markers_);
     if (cost <= kAcceptedGrowth * last_cost_mm2_) return true;
   }
@@ -141,10 +155,10 @@ bool AuSolver::find_pose(std::int64_t capture_time_ns) noexcept {
   const HeadPoseResult of_stabilisers = stabiliser_pose_.estimate(rig_, markers_);
   if (!of_stabilisers.determined) return std::isfinite(cost);
   world_from_head_ = of_stabilisers.world_from_head;
-  fit(QpEffort::kPrediction);
+  fit();
   if (fit_.truncated_mean_square_mm2(markers_) <= cost) return true;
   world_from_head_ = of_last_face;
-  fit(QpEffort::kPrediction);
+  fit();
   return true;
 }
 

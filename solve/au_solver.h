@@ -49,8 +49,12 @@ class AuSolver {
 
   /// Of the last solved frame: where the rig says that its markers are, 3 x M in world mm.
   void predict_markers(Eigen::Matrix3Xd& world_mm) const noexcept;
+  /// Of the residuals per axis over the last second, which is what the next frame's L1 is weighed by.
+  double residual_variance_mm2() const noexcept { return variance_mm2_; }
   /// Of the last solved frame: the final weight of each rig marker, 0 (not used) to 1.
   const Eigen::VectorXd& marker_weights() const noexcept { return fit_.weight(); }
+  /// The same times what a stabiliser pulls harder than other markers: as the sum of squares counts them.
+  const Eigen::VectorXd& pulling_weights() const noexcept { return fit_.pulling_weight(); }
 
  private:
   void start_take() noexcept;
@@ -60,7 +64,8 @@ class AuSolver {
   bool refine_pose() noexcept;
   void decide_observed() noexcept;
   bool begin_penalties(std::int64_t capture_time_ns) noexcept;
-  QpResult fit(QpEffort effort) noexcept { return fit_.fit(rig_, markers_, world_from_head_, effort); }
+  void fit() noexcept { fit_.fit(rig_, markers_, world_from_head_); }
+  void learn_residuals(double step_s) noexcept;
   void publish(const QpResult& qp, AuFrame& out) noexcept;
   void publish_intensities(double noise_mm, bool converged, AuFrame& out) noexcept;
 
@@ -76,6 +81,7 @@ class AuSolver {
   bool fresh_ = true;
   std::int64_t last_time_ns_ = 0;
   double last_cost_mm2_ = 0;
+  double variance_mm2_ = 0;  // of the residuals per axis, over the last second
   RigidTransform world_from_head_;
   std::vector<char> seen_;  // K: observed since the take began
 

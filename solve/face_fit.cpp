@@ -10,9 +10,11 @@ namespace {
 
 constexpr double kTruncateAtThresholds = 2;
 
-/// In a refinement of the pose a stabiliser pulls so many times as hard as any other marker: AUs never explain all that
-/// the others do, and what they leave must not turn the head.
+/// By so many times a stabiliser pulls harder than any other marker: AUs never explain all that the others do, and what
+/// they leave must not turn the head.
 constexpr double kStabiliserPull = 5;
+/// A joint step that moves the face by less is the last: a thousandth of the least AU's motion.
+constexpr double kStill_mm = 1e-3;
 
 /// As in head_pose.cpp: three standard deviations of a normal distribution, from its median.
 constexpr double kMediansToThreshold = 3 * 1.4826;
@@ -23,7 +25,9 @@ FaceFit::FaceFit(const Rig& rig, const AuSolverOptions& options)
     : options_(options),
       basis_(rig),
       penalties_(rig, options, basis_.mean_diagonal_mm2()),
-      qp_(static_cast<int>(rig.au_count())) {
+      coupling_(rig),
+      qp_(static_cast<int>(rig.au_count())),
+      pull_(1 + kStabiliserPull * rig.stabiliser_weight.array()) {
   const std::size_t markers = rig.marker_count();
   residual_mm_.resize(markers);
   scratch_.resize(markers);
@@ -31,15 +35,16 @@ FaceFit::FaceFit(const Rig& rig, const AuSolverOptions& options)
   world_mm_.resize(markers, Eigen::Vector3d::Zero());
   pose_weight_.resize(markers);
   const auto m_count = static_cast<Eigen::Index>(markers), k_count = static_cast<Eigen::Index>(rig.au_count());
-  for (Eigen::VectorXd* v : {&weight_, &gram_weight_}) *v = Eigen::VectorXd::Zero(m_count);
+  for (Eigen::VectorXd* v : {&weight_, &pulling_weight_, &gram_weight_}) *v = Eigen::VectorXd::Zero(m_count);
   for (Eigen::VectorXd* v : {&y_mm_, &weighted_y_mm_, &fitted_mm_}) *v = Eigen::VectorXd::Zero(3 * m_count);
   for (Eigen::VectorXd* v : {&x_, &b_, &upper_, &fixed_, &solution_}) *v = Eigen::VectorXd::Zero(k_count);
   h_ = Eigen::MatrixXd::Zero(k_count, k_count);
 }
 
 void FaceFit::use_weights(const Eigen::VectorXd& usual) noexcept {
-  gram_weight_ = usual;
+  gram_weight_ = usual.cwiseProduct(pull_);
   basis_.use_weights(gram_weight_);
+  coupling_.use_weights(gram_weight_);
   hessian_holds_ = false;
 }
 
@@ -57,29 +62,34 @@ void FaceFit::begin_frame(const RigMarkers& markers, const Eigen::VectorXd& uppe
   if (penalties_changed) hessian_holds_ = false;
 }
 
-QpResult FaceFit::fit(const Rig& rig, const RigMarkers& markers, const RigidTransform& world_from_head,
-                      QpEffort effort) noexcept {
-  const RigidTransform head_from_world = world_from_head.inverse();
-  for (Eigen::Index m = 0; m < basis_.marker_count(); ++m) {
-    y_mm_.segment<3>(3 * m).setZero();
-    if (!(markers.weight()[m] > 0)) continue;
-    y_mm_.segment<3>(3 * m) = head_from_world * markers.world_mm(static_cast<std::size_t>(m)) - rig.neutral_mm.col(m);
-  }
+void FaceFit::fit(const Rig& rig, const RigMarkers& markers, RigidTransform& world_from_head) noexcept {
+  head_from_world_ = world_from_head.inverse();
   weight_ = markers.weight();
-  for (int iteration = 0;; ++iteration) {
-    fit_weighted(QpEffort::kPrediction);
+  see_markers(rig, markers);
+  const int steps = std::max(options_.robust_iterations, options_.pose_steps);
+  for (int step = 0;; ++step) {
+    const bool carries = step < options_.pose_steps;
+    fit_weighted(carries ? Head::kCarriedAlong : Head::kStill, QpEffort::kPrediction);
+    const bool moved = carries && hessian_has_head_ && coupling_.move_head(x_, head_from_world_) > kStill_mm;
+    if (carries) see_markers(rig, markers);
     measure_residuals();
-    if (iteration == options_.robust_iterations || !reweigh(markers, iteration)) break;
+    const bool weighed = step < options_.robust_iterations && reweigh(markers, step);
+    if (step >= steps || (!moved && !weighed)) break;
   }
-  if (effort == QpEffort::kPrediction) return {};
-  const QpResult qp = fit_weighted(effort);
+  world_from_head = head_from_world_.inverse();
+}
+
+QpResult FaceFit::certify() noexcept {
+  const QpResult qp = fit_weighted(Head::kStill, QpEffort::kExact);
   measure_residuals();
   return qp;
 }
 
-QpResult FaceFit::fit_weighted(QpEffort effort) noexcept {
-  const QpHessian hessian = renew_hessian() ? QpHessian::kNew : QpHessian::kSame;
-  project_markers();
+QpResult FaceFit::fit_weighted(Head head, QpEffort effort) noexcept {
+  pulling_weight_ = weight_.cwiseProduct(pull_);
+  const bool with_head = head == Head::kCarriedAlong && coupling_.prepare(pulling_weight_);
+  const QpHessian hessian = renew_hessian(with_head) ? QpHessian::kNew : QpHessian::kSame;
+  project_markers(with_head);
   const QpResult qp = qp_.solve(h_, b_, upper_, solution_, effort, hessian);
   x_ = solution_ + fixed_;
   basis_.deform(x_, fitted_mm_);
@@ -87,23 +97,47 @@ QpResult FaceFit::fit_weighted(QpEffort effort) noexcept {
 }
 
 /// False if h_ is what it was.
-bool FaceFit::renew_hessian() noexcept {
-  if (hessian_holds_ && weight_ == gram_weight_) return false;
-  basis_.gram(weight_, h_);
-  gram_weight_ = weight_;
+bool FaceFit::renew_hessian(bool with_head) noexcept {
+  if (hessian_holds_ && hessian_has_head_ == with_head && pulling_weight_ == gram_weight_) return false;
+  basis_.gram(pulling_weight_, h_);
+  gram_weight_ = pulling_weight_;
   hessian_holds_ = true;
+  hessian_has_head_ = with_head;
+  if (with_head) coupling_.reduce_hessian(h_);
   penalties_.add_to_hessian(h_);
   return true;
 }
 
 /// b_: the displacements that are seen, and the penalties, as the AUs to be fitted feel them.
-void FaceFit::project_markers() noexcept {
+void FaceFit::project_markers(bool with_head) noexcept {
   for (Eigen::Index m = 0; m < basis_.marker_count(); ++m) {
-    weighted_y_mm_.segment<3>(3 * m) = weight_[m] * y_mm_.segment<3>(3 * m);
+    weighted_y_mm_.segment<3>(3 * m) = pulling_weight_[m] * y_mm_.segment<3>(3 * m);
   }
   basis_.project(weighted_y_mm_, b_);
+  if (with_head) {
+    coupling_.project(weighted_y_mm_);
+    coupling_.reduce_gradient(b_);
+  }
   penalties_.add_to_gradient(b_);
   if (!fixed_.isZero(0)) b_.noalias() -= h_ * fixed_;
+}
+
+/// y_mm_ in the pose at hand; 0 where nothing is seen.
+void FaceFit::see_markers(const Rig& rig, const RigMarkers& markers) noexcept {
+  const Eigen::Matrix3d rotation = head_from_world_.rotation.toRotationMatrix();
+  for (Eigen::Index m = 0; m < basis_.marker_count(); ++m) {
+    if (markers.weight()[m] > 0) {
+      y_mm_.segment<3>(3 * m) = rotation * markers.world_mm(static_cast<std::size_t>(m)) +
+                                head_from_world_.translation - rig.neutral_mm.col(m);
+    } else {
+      y_mm_.segment<3>(3 * m).setZero();
+    }
+  }
+}
+
+void FaceFit::variances(Eigen::VectorXd& variance) noexcept {
+  if (coupling_.prepare(pulling_weight_)) renew_hessian(true);
+  qp_.inverse_diagonal(h_, variance);
 }
 
 void FaceFit::measure_residuals() noexcept {
@@ -131,7 +165,7 @@ RigidAlignment FaceFit::align(const Rig& rig, const RigMarkers& markers) noexcep
     const auto column = static_cast<Eigen::Index>(m);
     head_mm_[m] = rig.neutral_mm.col(column) + fitted_mm_.segment<3>(3 * column);
     world_mm_[m] = markers.world_mm(m);
-    pose_weight_[m] = weight_[column] * (1 + kStabiliserPull * rig.stabiliser_weight[column]);
+    pose_weight_[m] = weight_[column] * pull_[column];
   }
   return align_rigid(head_mm_, world_mm_, pose_weight_);
 }
