@@ -10,7 +10,6 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 #include "capture/counters.h"
@@ -18,11 +17,11 @@
 #include "capture/marker_set.h"
 #include "capture/stage.h"
 #include "solve/au_solver_options.h"
-#include "solve/bounded_qp.h"
-#include "solve/head_pose.h"
-#include "solve/rigs/marker_basis.h"
+#include "solve/face_fit.h"
+#include "solve/mirror_check.h"
 #include "solve/rigs/rig.h"
 #include "solve/rigs/rig_markers.h"
+#include "solve/stabiliser_pose.h"
 
 namespace risorius {
 
@@ -50,63 +49,46 @@ class AuSolver {
 
   /// Of the last solved frame: where the rig says that its markers are, 3 x M in world mm.
   void predict_markers(Eigen::Matrix3Xd& world_mm) const noexcept;
+  /// Of the residuals per axis over the last second, which is what the next frame's L1 is weighed by.
+  double residual_variance_mm2() const noexcept { return variance_mm2_; }
   /// Of the last solved frame: the final weight of each rig marker, 0 (not used) to 1.
-  const Eigen::VectorXd& marker_weights() const noexcept { return weight_; }
+  const Eigen::VectorXd& marker_weights() const noexcept { return fit_.weight(); }
+  /// The same times what a stabiliser pulls harder than other markers: as the sum of squares counts them.
+  const Eigen::VectorXd& pulling_weights() const noexcept { return fit_.pulling_weight(); }
 
  private:
   void start_take() noexcept;
   void solve(const MarkerFrame& frame, AuFrame& out) noexcept;
   bool find_pose(std::int64_t capture_time_ns) noexcept;
-  HeadPoseResult stabiliser_pose() noexcept;
-  double truncated_mean_square_mm2() const noexcept;
-  bool stabilisers_visible() const noexcept;
   bool anything_measured() const noexcept;
   bool refine_pose() noexcept;
   void decide_observed() noexcept;
-  void prepare_penalties(std::int64_t capture_time_ns) noexcept;
-  QpResult fit(QpEffort effort) noexcept;
-  QpResult fit_weighted(QpEffort effort) noexcept;
-  bool renew_hessian() noexcept;
-  void project_markers() noexcept;
-  void measure_residuals() noexcept;
-  double median_residual_mm() noexcept;
-  bool looks_mirrored() noexcept;
-  bool reweigh(int iteration) noexcept;
+  bool begin_penalties(std::int64_t capture_time_ns) noexcept;
+  void fit() noexcept { fit_.fit(rig_, markers_, world_from_head_); }
+  void learn_residuals(double step_s) noexcept;
   void publish(const QpResult& qp, AuFrame& out) noexcept;
   void publish_intensities(double noise_mm, bool converged, AuFrame& out) noexcept;
-  double noise_from_residuals() const noexcept;
 
   Rig rig_;
   AuSolverOptions options_;
   RigMarkers markers_;
-  MarkerBasis basis_;
-  HeadPose head_pose_;
-  BoundedQp qp_;
+  StabiliserPose stabiliser_pose_;
+  MirrorCheck mirror_check_;
+  FaceFit fit_;
   std::uint32_t au_set_id_;
-  std::vector<std::pair<int, int>> left_right_pairs_;
-  std::vector<int> stabilisers_;  // rig markers
 
-  // The state that lasts from frame to frame.
+  // The state that lasts from frame to frame, beside the intensities in fit_.
   bool fresh_ = true;
   std::int64_t last_time_ns_ = 0;
   double last_cost_mm2_ = 0;
+  double variance_mm2_ = 0;  // of the residuals per axis, over the last second
   RigidTransform world_from_head_;
-  Eigen::VectorXd x_;       // K
   std::vector<char> seen_;  // K: observed since the take began
 
   // Of the frame at work, allocated once. M markers, K AUs.
-  Eigen::VectorXd weight_, measured_weight_;          // M
-  Eigen::VectorXd gram_weight_;                       // M: the weights that h_ belongs to
-  bool hessian_holds_ = false;                        // no penalty in h_ has changed since it was made
-  Eigen::VectorXd y_mm_, weighted_y_mm_, fitted_mm_;  // 3M
-  std::vector<double> residual_mm_, scratch_;         // M
-  std::vector<Eigen::Vector3d> stabiliser_head_mm_, stabiliser_world_mm_;
-  std::vector<double> stabiliser_weight_;
-  std::vector<Eigen::Vector3d> fitted_head_mm_, seen_world_mm_;                                  // M
-  std::vector<double> pose_weight_;                                                              // M
-  std::vector<char> observed_;                                                                   // K
-  Eigen::VectorXd share_, b_fit_, fixed_, upper_, solution_, variance_, temporal_, previous_x_;  // K
-  Eigen::MatrixXd h_;                                                                            // K x K
+  Eigen::VectorXd measured_weight_;                   // M
+  std::vector<char> observed_, follows_;              // K
+  Eigen::VectorXd share_, fixed_, upper_, variance_;  // K
   AuFrame out_;
   bool has_out_ = false;
   StageLedger ledger_;

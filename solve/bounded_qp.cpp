@@ -256,7 +256,8 @@ double BoundedQp::kkt_residual(const Problem& problem) const noexcept {
 void BoundedQp::inverse_diagonal(const Eigen::MatrixXd& h, Eigen::VectorXd& diagonal) noexcept {
   diagonal = h.diagonal().cwiseInverse();
   const std::span<double> variances = std::span(x_free_).first(free_.size());
-  if (free_.empty()) return;
+  factor_holds_ = false;
+  if (free_.empty() || !free_set_.factor(h, free_)) return;
   free_set_.inverse_diagonal(variances);
   for (std::size_t k = 0; k < free_.size(); ++k) diagonal[free_[k]] = variances[k];
 }

@@ -40,8 +40,8 @@ class BoundedQp {
   QpResult solve(const Eigen::MatrixXd& h, const Eigen::VectorXd& b, const Eigen::VectorXd& upper, Eigen::VectorXd& x,
                  QpEffort effort = QpEffort::kExact, QpHessian hessian = QpHessian::kNew) noexcept;
 
-  /// Variances of the last solution at unit noise: diag(H_FF^-1) for free variables; 1 / H_ii, which is conditional on
-  /// all others, for variables at a bound.
+  /// Variances of the last solution at unit noise under a Hessian `h`, which may be another than the solution's:
+  /// diag(H_FF^-1) for free variables; 1 / H_ii, which is conditional on all others, for variables at a bound.
   void inverse_diagonal(const Eigen::MatrixXd& h, Eigen::VectorXd& diagonal) noexcept;
 
   /// Whether variable i was strictly free in the last solution.

@@ -33,7 +33,7 @@ namespace {
 struct DatasetArguments {
   std::vector<std::string> takes;
   std::string rig, output, config, source;
-  bool causal = false;
+  bool causal = false, joint = false;
   std::string pseudonym, consent, licence;
   TakeArguments take;
 };
@@ -72,16 +72,20 @@ class FrameTally {
   ProgressLine progress_{"dataset", "frames"};
 };
 
+const char* mode_of(const DatasetArguments& arguments) {
+  return arguments.causal ? "offline, causal" : arguments.joint ? "offline, joint" : "offline, both directions";
+}
+
 std::string metadata_of(const DatasetArguments& arguments) {
   return nlohmann::json{{"risorius", kVersion},
                         {"instruction_set", kInstructionSet},
-                        {"processing", arguments.causal ? "offline, causal" : "offline, both directions"},
+                        {"processing", mode_of(arguments)},
                         {"pseudonym", arguments.pseudonym},
                         {"consent", arguments.consent}}
       .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-void process(TakeJob& job, const DatasetArguments& arguments, const Rig& rig, const StageConfig& stages,
+void process(TakeJob& job, const DatasetArguments& arguments, const Rig& rig, const StageConfig& stages, int threads,
              FrameTally& tally) {
   const auto take = open_take_or_builtin(job.name, arguments.take.options());
   print_warnings(*take);
@@ -98,6 +102,8 @@ void process(TakeJob& job, const DatasetArguments& arguments, const Rig& rig, co
   if (arguments.causal) {
     FramePipeline pipeline(stages.pipeline, rig);
     solve_causally(*take, pipeline, sink, progress);
+  } else if (arguments.joint) {
+    solve_jointly(*take, stages.pipeline, OfflineFillOptions{}, rig, threads, sink, progress);
   } else {
     solve_both_directions(*take, stages.pipeline, OfflineFillOptions{}, rig, sink, progress);
   }
@@ -111,10 +117,12 @@ void process_in_parallel(std::vector<TakeJob>& jobs, const DatasetArguments& arg
   std::atomic<std::size_t> next{0};
   std::exception_ptr first_error;
   std::mutex mutex;
+  const auto cores = static_cast<std::size_t>(std::max(1U, std::thread::hardware_concurrency()));
+  const std::size_t count = std::min(cores, jobs.size());
   const auto work = [&] {
     for (std::size_t i = next++; i < jobs.size(); i = next++) {
       try {
-        process(jobs[i], arguments, rig, stages, tally);
+        process(jobs[i], arguments, rig, stages, static_cast<int>(cores / count), tally);
       } catch (...) {
         const std::scoped_lock lock(mutex);
         if (!first_error) first_error = std::current_exception();
@@ -124,7 +132,6 @@ void process_in_parallel(std::vector<TakeJob>& jobs, const DatasetArguments& arg
   };
   {
     std::vector<std::jthread> workers;
-    const std::size_t count = std::min<std::size_t>(std::max(1U, std::thread::hardware_concurrency()), jobs.size());
     for (std::size_t i = 0; i < count; ++i) workers.emplace_back(work);
   }
   if (first_error) std::rethrow_exception(first_error);
@@ -238,15 +245,14 @@ void make_dataset(const DatasetArguments& arguments) {
   const UnfinishedPath unfinished(arguments.output);
   given_up.emplace(arguments.output);
   process_in_parallel(jobs, arguments, rig, stages);
-  finish_dataset_folder(
-      arguments.output,
-      dataset_card_markdown({.title = std::filesystem::path(arguments.output).filename().string(),
-                             .rig = rig.name,
-                             .mode = arguments.causal ? "offline, causal" : "offline, both directions",
-                             .pseudonym = arguments.pseudonym,
-                             .consent = arguments.consent,
-                             .licence = arguments.licence,
-                             .options_toml = print_stage_config(stages)}));
+  finish_dataset_folder(arguments.output,
+                        dataset_card_markdown({.title = std::filesystem::path(arguments.output).filename().string(),
+                                               .rig = rig.name,
+                                               .mode = mode_of(arguments),
+                                               .pseudonym = arguments.pseudonym,
+                                               .consent = arguments.consent,
+                                               .licence = arguments.licence,
+                                               .options_toml = print_stage_config(stages)}));
   print_summary(jobs);
   fmt::print("dataset: {}\n", arguments.output);
   std::fflush(stdout);
@@ -261,8 +267,12 @@ void add_dataset_command(CLI::App& app) {
   command->add_option("takes", arguments->takes, kTakeNames)->required();
   command->add_option("--rig", arguments->rig, "rig file, or \"builtin\"")->required();
   command->add_option("-o,--output", arguments->output, "dataset folder to make")->required();
-  command->add_flag("--causal", arguments->causal,
-                    "exactly what the live service computes; default: gaps filled from both sides");
+  auto* causal = command->add_flag("--causal", arguments->causal,
+                                   "exactly what the live service computes; default: gaps filled from both sides");
+  command
+      ->add_flag("--joint", arguments->joint,
+                 "all frames of a take solved at once, courses joined: smoother and nearer the truth, and slower")
+      ->excludes(causal);
   command->add_option("--config", arguments->config, "a configuration file of risoriusd: its stage tables are used");
   command->add_option("--source", arguments->source,
                       "whose [[source]] tables of the configuration hold, if it has several");

@@ -26,6 +26,15 @@ std::vector<MarkerFrame> read_despiked(TakeReader& take, const DespikerOptions& 
   return frames;
 }
 
+template <class Act>
+void name_take_in_error(const TakeReader& take, Act&& act) {
+  try {
+    act();
+  } catch (const UserError& error) {
+    throw UserError(take.info().path.string() + ": " + error.what());
+  }
+}
+
 }  // namespace
 
 void solve_causally(TakeReader& take, FramePipeline& pipeline, const SolvedFrameSink& sink,
@@ -47,11 +56,7 @@ void solve_causally(TakeReader& take, FramePipeline& pipeline, const SolvedFrame
 void solve_both_directions(TakeReader& take, const PipelineOptions& options, const OfflineFillOptions& fill,
                            const Rig& rig, const SolvedFrameSink& sink, const FrameProgress& progress) {
   AuSolver solver(rig, options.solve);
-  try {
-    solver.use_marker_set(take.info().markers);
-  } catch (const UserError& error) {
-    throw UserError(take.info().path.string() + ": " + error.what());
-  }
+  name_take_in_error(take, [&] { solver.use_marker_set(take.info().markers); });
   std::vector<MarkerFrame> frames = read_despiked(take, options.despike);
   fill_offline(frames, take.info().markers, fill);
   SolvedFrame solved;
@@ -61,6 +66,16 @@ void solve_both_directions(TakeReader& take, const PipelineOptions& options, con
     sink(solved);
     if (i % kProgressStride == 0) progress(i, frames.size());
   }
+}
+
+void solve_jointly(TakeReader& take, const PipelineOptions& options, const OfflineFillOptions& fill, const Rig& rig,
+                   int threads, const SolvedFrameSink& sink, const FrameProgress& progress) {
+  std::vector<MarkerFrame> frames = read_despiked(take, options.despike);
+  fill_offline(frames, take.info().markers, fill);
+  TakeSolver solver(rig, {.solve = options.solve, .threads = threads});
+  std::vector<AuFrame> solved;
+  name_take_in_error(take, [&] { solved = solver.solve(take.info().markers, frames, progress); });
+  for (std::size_t i = 0; i < frames.size(); ++i) sink({frames[i], solved[i]});
 }
 
 }  // namespace risorius

@@ -1,5 +1,5 @@
 // A whole take through the stages, frame by frame in causal mode (the same object as the daemon's, so the same bits),
-// or with the gaps filled from both sides.
+// with the gaps filled from both sides, or, beyond that, with all frames solved at once.
 #pragma once
 
 #include <cstdint>
@@ -9,6 +9,7 @@
 #include "capture/repair/offline_repair.h"
 #include "replay/pipeline/frame_pipeline.h"
 #include "replay/takes/take.h"
+#include "solve/joint/take_solver.h"
 
 namespace risorius {
 
@@ -23,5 +24,9 @@ void solve_causally(TakeReader& take, FramePipeline& pipeline, const SolvedFrame
 /// Despikes causally, fills each gap from its past and its future, then solves in order. Holds the take in memory.
 void solve_both_directions(TakeReader& take, const PipelineOptions& options, const OfflineFillOptions& fill,
                            const Rig& rig, const SolvedFrameSink& sink, const FrameProgress& progress);
+
+/// The same, but all frames are solved at once, their courses joined (solve/joint/take_solver.h). `threads` as there.
+void solve_jointly(TakeReader& take, const PipelineOptions& options, const OfflineFillOptions& fill, const Rig& rig,
+                   int threads, const SolvedFrameSink& sink, const FrameProgress& progress);
 
 }  // namespace risorius

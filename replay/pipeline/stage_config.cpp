@@ -49,15 +49,17 @@ template <class V, class O>
 void visit_solve(V& v, O& o) {
   v.number("noise_mm", o.noise_mm, 1e-3, 10, "standard deviation of a measured marker, per axis");
   v.number("ridge", o.ridge, 1e-9, 1, "pulls intensities to 0; relative to the mean of the Gram matrix's diagonal");
-  v.number("temporal", o.temporal, 0, 1000, "pulls towards the last frame; relative as ridge, at 60 Hz");
-  v.number("l1", o.l1, 0, 1, "linear cost of intensity; relative as ridge");
+  v.number("temporal", o.temporal, 0, 1000, "pulls a resting AU towards the last frame; relative as ridge, at 60 Hz");
+  v.number("temporal_speed", o.temporal_speed, 1e-3, 1000, "an AU that moves so fast, per s, is pulled half as much");
+  v.number("l1", o.l1, 0, 1000,
+           "linear cost of intensity times the residuals' variance: 20 if AUs are 0.05 on average");
   v.number("left_right", o.left_right, 0, 1000, "pulls left and right together; relative as ridge");
   v.number("robust_threshold_mm", o.robust_threshold_mm, 0.01, 1000, "a marker that fits worse than this loses weight");
   v.number("robust_iterations", o.robust_iterations, 0, 20, "reweightings per frame; 0 = plain least squares");
   v.number("min_visible_share", o.min_visible_share, 1e-6, 1,
            "of an AU's displacement energy that must be visible to solve it");
   v.number("largest_median_mm", o.largest_median_mm, 0.1, 1000, "a frame whose median marker fits worse has no AUs");
-  v.number("pose_refinements", o.pose_refinements, 0, 5, "how often pose and AUs are fitted in turn");
+  v.number("pose_steps", o.pose_steps, 0, 20, "most joint steps of pose and AUs; 0: pose of the stabilisers");
 }
 
 template <class V, class O, class D>

@@ -1,216 +1,34 @@
 // Time per frame of the live QP path against bounded Ceres and a plain Gram active set, in alternating blocks on the
-// same frames: smooth intensities, 0.2 mm noise, warm start. Then the whole AuSolver stage. Prints medians and ratios
-// (EVALUATION section 2). Usage: bench_solve [frames per size]
-#include <Eigen/Cholesky>
-#include <ceres/ceres.h>
+// same frames: smooth intensities, 0.2 mm noise, warm start. Then the whole AuSolver stage, and both over the number of
+// markers and of AUs (build/bench/solve-cost.png). Medians and ratios (EVALUATION section 2). Usage: bench_solve
+// [frames per size]
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdlib>
+#include <filesystem>
 #include <fmt/format.h>
 #include <functional>
 #include <vector>
 
 #include "bench/bench_report.h"
+#include "bench/solve_methods.h"
+#include "replay/picture/canvas.h"
+#include "replay/picture/plot.h"
 #include "solve/au_solver.h"
-#include "solve/bounded_qp.h"
-#include "solve/rigs/marker_basis.h"
-#include "synthetic_face.h"
 
 namespace risorius {
 namespace {
 
+using bench::BoundedCeres;
+using bench::LivePath;
+using bench::make_problem;
+using bench::PlainGram;
+using bench::Problem;
+using bench::UnconstrainedClamped;
 using Clock = std::chrono::steady_clock;
 
-constexpr double kRidge = 1e-3;  // as the stage's default
-constexpr int kBlock = 20;       // frames of one method before the next has its turn
-
-struct Problem {
-  Rig rig;
-  Eigen::MatrixXd e;  // 3M x K
-  std::vector<MarkerFrame> frames;
-  std::vector<Eigen::VectorXd> y;  // 3M each, head frame
-  double ridge_mm2 = 0;
-};
-
-Problem make_problem(int markers, int aus, int frames) {
-  Problem p;
-  p.rig = test::synthetic_rig(markers, aus);
-  p.e.resize(3 * markers, aus);
-  for (int i = 0; i < aus; ++i) p.e.col(i) = p.rig.aus[static_cast<std::size_t>(i)].displacement_mm.reshaped();
-  p.ridge_mm2 = kRidge * MarkerBasis(p.rig).mean_diagonal_mm2();
-  for (int f = 0; f < frames; ++f) {
-    p.frames.push_back(
-        test::marker_frame(p.rig, test::smooth_intensities(aus, f / 60.0), {}, static_cast<unsigned>(f)));
-    test::add_noise(p.frames.back(), 0.2, static_cast<unsigned>(f));
-    Eigen::VectorXd y(3 * markers);
-    for (int m = 0; m < markers; ++m) {
-      const Position& q = p.frames.back().position_mm[static_cast<std::size_t>(m)];
-      y.segment<3>(3 * m) = Eigen::Vector3d(q.x, q.y, q.z) - p.rig.neutral_mm.col(m);
-    }
-    p.y.push_back(y);
-  }
-  return p;
-}
-
-/// The path of the stage: right-hand side, Gram matrix with penalties, exact QP with Ceres inside.
-class LivePath {
- public:
-  explicit LivePath(const Problem& p) : problem_(p), basis_(p.rig), qp_(static_cast<int>(p.e.cols())) {
-    basis_.gram(Eigen::VectorXd::Ones(basis_.marker_count()), gram_);
-    upper_.setConstant(p.e.cols(), 1.2);
-    x.setZero(p.e.cols());
-  }
-  void solve(std::size_t frame) {
-    basis_.project(problem_.y[frame], b_);
-    h_ = gram_;
-    solve_with_penalties();
-  }
-  /// Every 20th marker is missing, and every frame others: the Gram matrix is downdated each time.
-  void solve_with_5_percent_missing(std::size_t frame) {
-    y_ = problem_.y[frame];
-    weight_.setOnes(basis_.marker_count());
-    for (auto m = static_cast<Eigen::Index>(frame % 20); m < weight_.size(); m += 20) {
-      weight_[m] = 0;
-      y_.segment<3>(3 * m).setZero();
-    }
-    basis_.project(y_, b_);
-    basis_.gram(weight_, h_);
-    solve_with_penalties();
-  }
-  Eigen::VectorXd x;
-  int free_sets = 0;
-
- private:
-  void solve_with_penalties() {
-    h_.diagonal().array() += problem_.ridge_mm2;
-    free_sets += qp_.solve(h_, b_, upper_, x).free_set_solves;
-  }
-  const Problem& problem_;
-  MarkerBasis basis_;
-  BoundedQp qp_;
-  Eigen::MatrixXd gram_ = Eigen::MatrixXd(basis_.au_count(), basis_.au_count()), h_ = gram_;
-  Eigen::VectorXd b_, upper_, y_, weight_;
-};
-
-/// The textbook: primal active set on the Gram matrix, one Cholesky per free set, warm-started; nothing but Eigen.
-class PlainGram {
- public:
-  explicit PlainGram(const Problem& p) : problem_(p), gram_(p.e.transpose() * p.e) {
-    gram_.diagonal().array() += p.ridge_mm2;
-    x.setZero(p.e.cols());
-    place_.assign(static_cast<std::size_t>(p.e.cols()), 0);
-  }
-  void solve(std::size_t frame) {
-    b_.noalias() = problem_.e.transpose() * problem_.y[frame];
-    for (;;) {
-      minimise();
-      int released = -1;
-      double most = 1e-12;
-      gradient_.noalias() = gram_ * x - b_;
-      for (int i = 0; i < x.size(); ++i) {
-        if (place_[i] == 0) continue;
-        const double offence = place_[i] * gradient_[i] / gram_(i, i);
-        if (offence > most) {
-          most = offence;
-          released = i;
-        }
-      }
-      if (released < 0) return;
-      place_[released] = 0;
-    }
-  }
-  Eigen::VectorXd x;
-
- private:
-  void minimise() {
-    for (;;) {
-      free_.clear();
-      for (int i = 0; i < x.size(); ++i) {
-        if (place_[i] == 0) free_.push_back(i);
-      }
-      if (free_.empty()) return;
-      gradient_.noalias() = b_ - gram_ * x;
-      h_free_ = gram_(free_, free_);
-      step_ = gradient_(free_);
-      llt_.compute(h_free_);
-      llt_.solveInPlace(step_);
-      double share = 1;
-      int blocking = -1;
-      for (std::size_t k = 0; k < free_.size(); ++k) {
-        const double s = step_[static_cast<Eigen::Index>(k)], from = x[free_[k]];
-        const double room = s < 0 ? -from / s : s > 0 ? (1.2 - from) / s : 1;
-        if (room < share) {
-          share = room;
-          blocking = static_cast<int>(k);
-        }
-      }
-      for (std::size_t k = 0; k < free_.size(); ++k) x[free_[k]] += share * step_[static_cast<Eigen::Index>(k)];
-      if (blocking < 0) return;
-      const bool upper = step_[blocking] > 0;
-      x[free_[static_cast<std::size_t>(blocking)]] = upper ? 1.2 : 0;
-      place_[free_[static_cast<std::size_t>(blocking)]] = upper ? 1 : -1;
-    }
-  }
-  const Problem& problem_;
-  Eigen::MatrixXd gram_, h_free_;
-  Eigen::VectorXd b_, gradient_, step_;
-  Eigen::LLT<Eigen::MatrixXd> llt_;
-  std::vector<int> place_;  // -1 lower, 0 free, 1 upper
-  std::vector<int> free_;
-};
-
-/// r = (E x - y, sqrt(ridge) x) with its exact Jacobian.
-class FullResidual final : public ceres::CostFunction {
- public:
-  explicit FullResidual(const Problem& p) : problem_(p) {
-    set_num_residuals(static_cast<int>(p.e.rows() + p.e.cols()));
-    mutable_parameter_block_sizes()->push_back(static_cast<int>(p.e.cols()));
-    jacobian_.setZero(num_residuals(), p.e.cols());
-    jacobian_.topRows(p.e.rows()) = p.e;
-    jacobian_.bottomRows(p.e.cols()).diagonal().setConstant(std::sqrt(p.ridge_mm2));
-  }
-  void look_at(std::size_t frame) { frame_ = frame; }
-  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
-    Eigen::Map<Eigen::VectorXd> r(residuals, num_residuals());
-    r.noalias() = jacobian_ * Eigen::Map<const Eigen::VectorXd>(parameters[0], problem_.e.cols());
-    r.head(problem_.e.rows()) -= problem_.y[frame_];
-    if (jacobians != nullptr && jacobians[0] != nullptr) {
-      Eigen::Map<Eigen::Matrix<double, -1, -1, Eigen::RowMajor>>(jacobians[0], jacobian_.rows(), jacobian_.cols()) =
-          jacobian_;
-    }
-    return true;
-  }
-
- private:
-  const Problem& problem_;
-  Eigen::MatrixXd jacobian_;
-  std::size_t frame_ = 0;
-};
-
-class BoundedCeres {
- public:
-  explicit BoundedCeres(const Problem& p) : cost_(new FullResidual(p)) {
-    x.setZero(p.e.cols());
-    problem_.AddResidualBlock(cost_, nullptr, x.data());
-    for (int i = 0; i < x.size(); ++i) {
-      problem_.SetParameterLowerBound(x.data(), i, 0);
-      problem_.SetParameterUpperBound(x.data(), i, 1.2);
-    }
-    options_.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
-    options_.logging_type = ceres::SILENT;
-    options_.num_threads = 1;
-  }
-  void solve(std::size_t frame) {
-    cost_->look_at(frame);
-    ceres::Solver::Summary summary;
-    ceres::Solve(options_, &problem_, &summary);
-  }
-  Eigen::VectorXd x;
-
- private:
-  FullResidual* cost_;  // owned by problem_
-  ceres::Problem problem_;
-  ceres::Solver::Options options_;
-};
+constexpr int kBlock = 20;  // frames of one method before the next has its turn
 
 double percentile(std::vector<double> values, double share) {
   const auto place = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
@@ -222,7 +40,7 @@ struct Method {
   const char* name;
   std::function<void(std::size_t)> solve;
   const Eigen::VectorXd* x;
-  std::vector<double> us;
+  std::vector<double> us = {};
   double worst_difference = 0;  // from the live path's solution
 };
 
@@ -235,41 +53,54 @@ void print_table(const std::vector<Method>& methods) {
   }
 }
 
+/// Alternating blocks of frames, so that a busy machine slows all methods alike.
+void run_in_blocks(std::vector<Method>& methods, std::size_t frames, std::size_t aus) {
+  std::vector<Eigen::VectorXd> solutions(frames, Eigen::VectorXd::Zero(static_cast<Eigen::Index>(aus)));
+  for (std::size_t start = 0; start < frames; start += kBlock) {
+    for (Method& method : methods) {
+      for (std::size_t f = start; f < std::min(start + kBlock, frames); ++f) {
+        const Clock::time_point begin = Clock::now();
+        method.solve(f);
+        method.us.push_back(std::chrono::duration<double, std::micro>(Clock::now() - begin).count());
+        if (&method == &methods.front()) solutions[f] = *method.x;
+        if (method.x == nullptr) continue;
+        method.worst_difference = std::max(method.worst_difference, (*method.x - solutions[f]).cwiseAbs().maxCoeff());
+      }
+    }
+  }
+}
+
+struct Stage {
+  explicit Stage(const Problem& p) : problem(p), solver(p.rig) { solver.use_marker_set(test::marker_set_of(p.rig)); }
+  void solve(std::size_t frame) {
+    solver.push(problem.frames[frame]);
+    solver.pop(out);
+    largest_kkt = std::max(largest_kkt, out.kkt_residual);
+  }
+  const Problem& problem;
+  AuSolver solver;
+  AuFrame out;
+  double largest_kkt = 0;
+};
+
 void measure(int markers, int aus, int frames, bench::BenchReport& report) {
   const Problem p = make_problem(markers, aus, frames);
   LivePath live(p), occluded(p);
   PlainGram plain(p);
   BoundedCeres bounded(p);
-  AuSolver stage(p.rig);
-  stage.use_marker_set(test::marker_set_of(p.rig));
-  AuFrame out;
-  std::vector<Eigen::VectorXd> solutions(p.y.size());
+  UnconstrainedClamped clamped(p);
+  Stage stage(p);
   std::vector<Method> methods;
   methods.push_back({"live QP path (Ceres inside)", [&](std::size_t f) { live.solve(f); }, &live.x});
   methods.push_back({"plain Gram active set", [&](std::size_t f) { plain.solve(f); }, &plain.x});
   methods.push_back(
       {"live QP path, 5 % missing", [&](std::size_t f) { occluded.solve_with_5_percent_missing(f); }, nullptr});
   methods.push_back({"bounded ceres::Problem", [&](std::size_t f) { bounded.solve(f); }, &bounded.x});
-  methods.push_back({"whole AuSolver stage",
-                     [&](std::size_t f) {
-                       stage.push(p.frames[f]);
-                       stage.pop(out);
-                     },
-                     nullptr});
-  for (std::size_t start = 0; start < p.y.size(); start += kBlock) {
-    for (Method& method : methods) {
-      for (std::size_t f = start; f < std::min(start + kBlock, p.y.size()); ++f) {
-        const Clock::time_point begin = Clock::now();
-        method.solve(f);
-        method.us.push_back(std::chrono::duration<double, std::micro>(Clock::now() - begin).count());
-        if (method.x == &live.x) solutions[f] = live.x;
-        if (method.x == nullptr) continue;
-        method.worst_difference = std::max(method.worst_difference, (*method.x - solutions[f]).cwiseAbs().maxCoeff());
-      }
-    }
-  }
-  fmt::print("{} markers x {} AUs, {} frames, {:.2f} free sets per frame\n", markers, aus, frames,
-             static_cast<double>(live.free_sets) / frames);
+  methods.push_back({"whole AuSolver stage", [&](std::size_t f) { stage.solve(f); }, nullptr});
+  methods.push_back({"unconstrained, clamped", [&](std::size_t f) { clamped.solve(f); }, &clamped.x});
+  run_in_blocks(methods, p.y.size(), static_cast<std::size_t>(aus));
+  fmt::print("{} markers x {} AUs, {} frames, {:.2f} free sets per frame, largest KKT residual of the stage {:.1e}\n",
+             markers, aus, frames, static_cast<double>(live.free_sets) / frames, stage.largest_kkt);
   print_table(methods);
   const auto median = [&](std::size_t method) { return percentile(methods[method].us, 0.5); };
   const std::string size = fmt::format("{}x{}", markers, aus);
@@ -277,6 +108,52 @@ void measure(int markers, int aus, int frames, bench::BenchReport& report) {
   report.add("live / plain Gram active set, " + size, median(0) / median(1));
   report.add("5 % of the markers missing / live, " + size, median(2) / median(0));
   report.add("whole stage / live, " + size, median(4) / median(0));
+  report.add("KKT residual of the stage, " + size, stage.largest_kkt);
+}
+
+/// Medians over one axis of sizes: live path, plain Gram, stage.
+void plot_curve(Canvas& canvas, const PictureRectangle& where, bool over_markers, int frames) {
+  const std::vector<int> sizes =
+      over_markers ? std::vector{16, 32, 55, 96, 165, 256} : std::vector{8, 15, 24, 36, 52, 64};
+  constexpr int kMarkers = 55, kAus = 30;
+  std::array<std::vector<double>, 3> us;
+  std::vector<double> x;
+  for (const int size : sizes) {
+    const Problem p = make_problem(over_markers ? size : kMarkers, over_markers ? kAus : size, frames);
+    LivePath live(p);
+    PlainGram plain(p);
+    Stage stage(p);
+    std::vector<Method> methods;
+    methods.push_back({"live", [&](std::size_t f) { live.solve(f); }, &live.x});
+    methods.push_back({"plain", [&](std::size_t f) { plain.solve(f); }, &plain.x});
+    methods.push_back({"stage", [&](std::size_t f) { stage.solve(f); }, nullptr});
+    run_in_blocks(methods, p.y.size(), p.rig.au_count());
+    for (std::size_t i = 0; i < us.size(); ++i) us[i].push_back(percentile(methods[i].us, 0.5));
+    x.push_back(size);
+    fmt::print("  {:3} {}: live {:.1f} us, plain Gram {:.1f} us, stage {:.1f} us\n", size,
+               over_markers ? "markers" : "AUs", us[0].back(), us[1].back(), us[2].back());
+  }
+  Plot plot({over_markers ? fmt::format("cost over markers, {} AUs", kAus)
+                          : fmt::format("cost over AUs, {} markers", kMarkers),
+             over_markers ? "markers" : "AUs", "median, us per frame"});
+  const std::array names{"live QP path", "plain Gram active set", "whole stage: pose, robust weights, AUs"};
+  for (std::size_t i = 0; i < us.size(); ++i) {
+    plot.line(x, us[i], plot_colour(i), names[i]);
+    plot.points(x, us[i], plot_colour(i));
+  }
+  plot.limit_y(0, 1.1 * std::max({*std::ranges::max_element(us[0]), *std::ranges::max_element(us[1]),
+                                  *std::ranges::max_element(us[2])}));
+  plot.draw(canvas, where);
+}
+
+void plot_curves(int frames) {
+  Canvas canvas(1180, 420);
+  plot_curve(canvas, {10, 10, 570, 400}, true, frames);
+  plot_curve(canvas, {590, 10, 570, 400}, false, frames);
+  const auto folder = std::filesystem::path(RISORIUS_SOURCE_DIR) / "build/bench";
+  std::filesystem::create_directories(folder);
+  canvas.save_png(folder / "solve-cost.png");
+  fmt::print("written: build/bench/solve-cost.png\n");
 }
 
 }  // namespace
@@ -288,5 +165,6 @@ int main(int argc, char** argv) {
   for (const int aus : {15, 52}) {
     for (const int markers : {55, 165}) risorius::measure(markers, aus, frames, report);
   }
+  risorius::plot_curves(std::max(20, frames / 3));
   return report.finish();
 }

@@ -69,7 +69,7 @@ void expect_finite_and_bounded(const Rig& rig, const AuFrame& frame) {
 }
 
 TEST(AuSolver, RecoversKnownIntensitiesWithoutNoise) {
-  Bench bench({.ridge = 1e-9});
+  Bench bench({.ridge = 1e-9, .temporal = 0, .l1 = 0});
   for (int f = 0; f < 60; ++f) {
     const Eigen::VectorXd x = smooth_intensities(kAus, f / 60.0);
     const AuFrame out = bench.solve(marker_frame(bench.rig(), x, some_pose(f), static_cast<std::uint64_t>(f)));
@@ -84,7 +84,7 @@ TEST(AuSolver, RecoversKnownIntensitiesWithoutNoise) {
 
 TEST(AuSolver, KktResidualStaysBelowItsBarOnNoisyFramesOfEverySize) {
   for (const auto& [markers, aus] : {std::pair{16, 8}, {55, 15}, {55, 52}, {165, 52}, {256, 64}}) {
-    Bench bench({.temporal = 0.01, .l1 = 1e-3, .left_right = 0.01}, synthetic_rig(markers, aus));
+    Bench bench({.temporal = 0.01, .l1 = 5, .left_right = 0.01}, synthetic_rig(markers, aus));
     for (int f = 0; f < 40; ++f) {
       const AuFrame out = bench.solve(noisy_frame(bench.rig(), f));
       EXPECT_EQ(out.status, SolverStatus::kConverged);
@@ -96,7 +96,8 @@ TEST(AuSolver, KktResidualStaysBelowItsBarOnNoisyFramesOfEverySize) {
 
 /// Equation (2) of solve/README.md, written out.
 double objective(const Rig& rig, const AuSolverOptions& o, const MarkerFrame& frame, const AuFrame& out,
-                 const Eigen::VectorXd& weight, const Eigen::VectorXd& previous, const Eigen::VectorXd& x) {
+                 const Eigen::VectorXd& weight, double variance_mm2, const Eigen::VectorXd& previous,
+                 const Eigen::VectorXd& x) {
   RigidTransform world_from_head;
   world_from_head.rotation = Eigen::Quaterniond(out.world_from_head.rotation_xyzw.data());
   world_from_head.translation = Eigen::Vector3d(out.world_from_head.translation_mm.data());
@@ -105,21 +106,23 @@ double objective(const Rig& rig, const AuSolverOptions& o, const MarkerFrame& fr
     const Position& p = frame.position_mm[m];
     Eigen::Vector3d rest = rig.neutral_mm.col(m) - world_from_head.inverse() * Eigen::Vector3d(p.x, p.y, p.z);
     for (int i = 0; i < kAus; ++i) rest += x[i] * rig.aus[i].displacement_mm.col(m);
-    sum += weight[m] / 2 * rest.squaredNorm();
+    sum += weight[m] * (1 + 5 * rig.stabiliser_weight[m]) / 2 * rest.squaredNorm();
   }
   for (const RigAu& au : rig.aus) unit += au.displacement_mm.squaredNorm() / kAus;
-  sum += unit * (o.ridge / 2 * x.squaredNorm() + o.l1 * x.sum() + o.temporal / 2 * (x - previous).squaredNorm());
+  sum += unit * (o.ridge / 2 * x.squaredNorm() + o.temporal / 2 * (x - previous).squaredNorm());
+  sum += o.l1 * variance_mm2 * x.sum();
   for (int i = 0; i + 1 < kAus; i += 2) sum += unit * o.left_right / 2 * (x[i] - x[i + 1]) * (x[i] - x[i + 1]);
   return sum;
 }
 
 TEST(AuSolver, NoFeasibleChangeLowersTheStatedObjective) {
-  const AuSolverOptions options{.ridge = 0.01, .temporal = 0.05, .l1 = 0.02, .left_right = 0.05};
+  const AuSolverOptions options{.ridge = 0.01, .temporal = 0.05, .temporal_speed = 1000, .l1 = 20, .left_right = 0.05};
   Bench bench(options);
   Eigen::VectorXd previous = Eigen::VectorXd::Zero(kAus);
   for (int f = 0; f < 20; ++f) {
     MarkerFrame frame = noisy_frame(bench.rig(), f);
     frame.position_mm[20 + f].y += 15;  // so that robust weights are at work
+    const double variance_mm2 = bench.solver().residual_variance_mm2();
     const AuFrame out = bench.solve(frame);
     const Eigen::VectorXd x = Eigen::Map<const Eigen::VectorXd>(out.intensity.data(), kAus);
     if (f == 0) {
@@ -127,12 +130,13 @@ TEST(AuSolver, NoFeasibleChangeLowersTheStatedObjective) {
       continue;
     }
     const Eigen::VectorXd weight = bench.solver().marker_weights();
-    const double least = objective(bench.rig(), options, frame, out, weight, previous, x);
+    const double least = objective(bench.rig(), options, frame, out, weight, variance_mm2, previous, x);
     for (int i = 0; i < kAus; ++i) {
       for (const double change : {-1e-3, 1e-3}) {
         Eigen::VectorXd other = x;
         other[i] = std::clamp(x[i] + change, 0.0, bench.rig().aus[i].upper_bound);
-        EXPECT_GE(objective(bench.rig(), options, frame, out, weight, previous, other), least * (1 - 1e-9));
+        EXPECT_GE(objective(bench.rig(), options, frame, out, weight, variance_mm2, previous, other),
+                  least * (1 - 1e-9));
       }
     }
     previous = x;
@@ -174,7 +178,7 @@ TEST(AuSolver, ExactHeadMotionLeavesIntensitiesAtZero) {
 TEST(AuSolver, PoseAndIntensitiesConvergeWhereAusMoveStabilisers) {
   Rig rig = synthetic_rig(kMarkers, kAus);
   rig.aus[0].displacement_mm.leftCols(kStabilisers).row(1).setConstant(2);  // a brow AU that pulls the forehead up
-  Bench bench({.ridge = 1e-9}, rig);
+  Bench bench({.ridge = 1e-9, .temporal = 0, .l1 = 0}, rig);
   Eigen::VectorXd x = Eigen::VectorXd::Zero(kAus);
   x[0] = 0.8;
   AuFrame out;
@@ -208,7 +212,7 @@ TEST(AuSolver, AMarkerDisplacedBy20MmDoesNotBendTheFace) {
 }
 
 TEST(AuSolver, MissingMarkersLeaveTheOthersExact) {
-  Bench bench({.ridge = 1e-9});
+  Bench bench({.ridge = 1e-9, .temporal = 0, .l1 = 0});
   for (int f = 0; f < 40; ++f) {
     const Eigen::VectorXd x = smooth_intensities(kAus, f / 60.0);
     MarkerFrame frame = marker_frame(bench.rig(), x, some_pose(f), static_cast<std::uint64_t>(f));
@@ -398,7 +402,7 @@ TEST(AuSolver, SameTakeGivesEqualBitsAlsoAfterAFlush) {
 }
 
 TEST(AuSolver, NewNeutralTakesTheOldOnesPlace) {
-  Bench bench({.ridge = 1e-9});
+  Bench bench({.ridge = 1e-9, .temporal = 0, .l1 = 0});
   Rig shifted = bench.rig();
   shifted.neutral_mm.row(2).tail(kMarkers - kStabilisers).array() += 1;  // markers glued on again, 1 mm off
   bench.solver().set_neutral(shifted.neutral_mm);
@@ -409,7 +413,7 @@ TEST(AuSolver, NewNeutralTakesTheOldOnesPlace) {
 }
 
 TEST(AuSolver, PredictsItsMarkersInTheWorld) {
-  Bench bench({.ridge = 1e-9});
+  Bench bench({.ridge = 1e-9, .temporal = 0, .l1 = 0});
   const MarkerFrame frame = marker_frame(bench.rig(), smooth_intensities(kAus, 0.5), some_pose(3));
   bench.solve(frame);
   Eigen::Matrix3Xd predicted(3, kMarkers);
@@ -421,7 +425,7 @@ TEST(AuSolver, PredictsItsMarkersInTheWorld) {
 }
 
 TEST(AuSolver, StandardDeviationsAreThoseOfTheErrors) {
-  Bench bench({.ridge = 1e-6});
+  Bench bench({.ridge = 1e-6, .temporal = 0, .l1 = 0});
   Eigen::VectorXd x = Eigen::VectorXd::Constant(kAus, 0.5);  // inside the bounds, where the fit is linear
   double squared_z = 0;
   constexpr int kFrames = 200;
