@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "capture/errors.h"
+#include "capture/repair/position_vector.h"
 #include "capture/stage.h"
 
 namespace risorius {
@@ -20,14 +21,16 @@ constexpr double kMemorySamples = 1200;
 /// How fast the expected residual follows, and in what time a marker's past becomes worthless while it is hidden.
 constexpr double kOffsetS = 0.03;
 constexpr double kOffsetMemoryS = 0.5;
+/// A marker that was accepted so lately must have leapt to be false.
+constexpr double kGoesOnS = 0.1;
+/// More of a frame's markers than this are not false at once.
+constexpr double kMostFalseShare = 0.25;
 /// Noise of two positions, on top of what max_speed_mm_s allows.
 constexpr double kSpeedSlackMm = 1.0;
 /// A marker this close to another one, as a share of the usual distance, sits on it.
 constexpr double kGhostShare = 0.35;
 constexpr double kNeighbourShare = 0.5;
 constexpr std::uint32_t kRenewNeighboursFrames = 64;
-
-Eigen::Vector3d vector_of(Position p) noexcept { return {p.x, p.y, p.z}; }
 
 void require(bool good, const char* name, double value, const char* range) {
   if (!good) throw UserError(name, fmt::format("{} is not {}", value, range), "leave it out for the default");
@@ -115,7 +118,7 @@ void Despiker::process_displacement(MarkerFrame& frame) noexcept {
     Track& track = tracks_[i];
     track.unseen_s += step_s;
     if (frame.state[i] != MarkerState::kMeasured) continue;
-    const Eigen::Vector3d position = vector_of(frame.position_mm[i]);
+    const Eigen::Vector3d position = to_vector(frame.position_mm[i]);
     if (!position.allFinite()) {
       reject(frame, i, RejectReason::kNotFinite);
     } else if (track.started && (position - track.accepted_mm).norm() > options_.max_speed_mm_s * track.unseen_s) {
@@ -201,6 +204,9 @@ void Despiker::find_false_markers() noexcept {
       if (!statistics_.visible(i) || !tracks_[i].started) continue;
       const double ratio = stray_mm(i).norm() / allowed_mm(i);
       const bool fast = too_fast(i);
+      // A false track begins with a leap: what has come here step by step is a movement that the model does not know.
+      const double moved = (head_.position_head_mm()[i] - tracks_[i].accepted_mm).norm();
+      if (moved <= options_.least_deviation_mm && tracks_[i].unseen_s <= kGoesOnS) continue;
       if (!fast && (ratio <= worst_ratio || neighbours_stray_alike(i))) continue;
       if (ratio <= worst_ratio && worst != tracks_.size()) continue;
       worst_ratio = std::max(ratio, 1.0);
@@ -212,7 +218,8 @@ void Despiker::find_false_markers() noexcept {
   }
 }
 
-/// A good marker may have looked false only because of a bad one that was taken out after it.
+/// A good marker may have looked false only because of a bad one that was taken out after it. And where a large share
+/// looks false it is the model that is: markers on a body, or another face under the same names.
 void Despiker::take_back_plausible() noexcept {
   bool changed = false;
   for (std::size_t i = 0; i < tracks_.size(); ++i) {
@@ -222,6 +229,17 @@ void Despiker::take_back_plausible() noexcept {
     changed = true;
   }
   if (changed) statistics_.update();
+  double doubted = 0, measured = 0;
+  for (std::size_t i = 0; i < tracks_.size(); ++i) {
+    measured += head_.measured()[i];
+    doubted += head_.measured()[i] && !statistics_.visible(i);
+  }
+  if (doubted > kMostFalseShare * measured) {
+    for (std::size_t i = 0; i < tracks_.size(); ++i) {
+      if (head_.measured()[i]) statistics_.unhide(i);
+    }
+    statistics_.update();
+  }
 }
 
 void Despiker::accept_or_reject(MarkerFrame& frame) noexcept {

@@ -53,6 +53,11 @@ class Despiker {
   /// Nothing is delayed here: what was pushed can be popped at once, before and after a flush.
   void flush() noexcept {}
 
+  /// What was found out about the frame last pushed, rejected markers hidden; for the stage behind. kHeadFrame only.
+  bool has_model() const noexcept { return options_.method == DespikeMethod::kHeadFrame; }
+  const HeadFrame& head() const noexcept { return head_; }
+  const MarkerStatistics& statistics() const noexcept { return statistics_; }
+
   const StageLedger& ledger() const noexcept { return ledger_; }
   /// Marker samples rejected for this reason.
   const Counter& rejected(RejectReason reason) const noexcept { return rejected_[static_cast<std::size_t>(reason)]; }

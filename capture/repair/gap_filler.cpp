@@ -5,18 +5,32 @@
 #include <fmt/format.h>
 
 #include "capture/errors.h"
+#include "capture/repair/despiker.h"
+#include "capture/repair/position_vector.h"
 #include "capture/stage.h"
 
 namespace risorius {
 
 static_assert(Stage<GapFiller, MarkerFrame, MarkerFrame>);
 
+namespace {
+constexpr std::uint32_t kMostLookahead = 64;
+/// The errors that the memory knows are those of a model that had just seen the marker; in a gap it has not. So much
+/// the variance grows per second. Set on the eyebrows take, by the share of errors within the 90 % interval.
+constexpr double kUnlearntPerS = 0.9;
+}  // namespace
+
 GapFiller::GapFiller(GapFillerOptions options)
-    : options_(std::move(options)), head_(options_.head_frame), statistics_(options_.statistics) {
+    : options_(std::move(options)), own_head_(options_.head_frame), own_statistics_(options_.statistics) {
   if (options_.max_gap_ns <= 0) {
     throw UserError("max_gap_ns", fmt::format("{} is not > 0", options_.max_gap_ns),
                     "2000000000 (2 s) is the default; the method `none` fills nothing");
   }
+  if (options_.lookahead_frames > kMostLookahead) {
+    throw UserError("lookahead_frames", fmt::format("{} is more than {}", options_.lookahead_frames, kMostLookahead),
+                    "0 is the default: frames do not wait");
+  }
+  ring_.resize(options_.lookahead_frames + 1);
 }
 
 void GapFiller::use_marker_set(const MarkerSet& set) {
@@ -25,72 +39,112 @@ void GapFiller::use_marker_set(const MarkerSet& set) {
   }
   settle();
   const std::vector<int> old_index = index_map(set_.names, set.names);
-  head_.use_names(set.names);
-  statistics_.remap(old_index);
+  own_head_.use_names(set.names);
+  own_statistics_.remap(old_index);
+  measured_.assign(set.names.size(), 0);
+  residual_mm_.assign(set.names.size(), Eigen::Vector3d::Zero());
+  variance_mm2_.assign(set.names.size(), 0);
   residuals_.remap(old_index);
   std::vector<HeldMarker> held(set.names.size());
   for (std::size_t i = 0; i < held.size(); ++i) {
     if (old_index[i] >= 0) held[i] = held_[static_cast<std::size_t>(old_index[i])];
   }
   held_ = std::move(held);
+  if (!set_.names.empty() && options_.lookahead_frames > 0) drop_waiting();
   if (set_.names.empty()) clock_.reset(set.rate_hz);
   set_ = set;
 }
 
 void GapFiller::reset() noexcept {
   is_settled_ = true;
-  head_.reset();
-  statistics_.reset();
+  own_head_.reset();
+  own_statistics_.reset();
   residuals_.reset();
   std::fill(held_.begin(), held_.end(), HeldMarker{});
   clock_.reset(set_.rate_hz);
-  if (has_waiting_) ledger_.dropped.add();
-  has_waiting_ = false;
+  drop_waiting();
+}
+
+void GapFiller::drop_waiting() noexcept {
+  ledger_.dropped.add(waiting_);
+  waiting_ = 0;
+  is_flushing_ = false;
   ledger_.held.set(0);
 }
 
-bool GapFiller::push(const MarkerFrame& frame) noexcept {
-  if (has_waiting_) return false;
+bool GapFiller::push(const MarkerFrame& frame) noexcept { return take_in(frame, nullptr); }
+
+bool GapFiller::push(const MarkerFrame& frame, const Despiker& despiker) noexcept {
+  return take_in(frame, despiker.has_model() ? &despiker : nullptr);
+}
+
+bool GapFiller::take_in(const MarkerFrame& frame, const Despiker* despiker) noexcept {
+  if (is_ready()) return false;
+  is_flushing_ = false;
   settle();
   ledger_.received.add();
   if (frame.count != set_.names.size()) {
     ledger_.refused.add();
     return true;
   }
-  waiting_ = frame;
-  has_waiting_ = true;
-  ledger_.held.set(1);
-  if (options_.method != FillMethod::kNone) process(waiting_);
+  ++waiting_;
+  back(0) = frame;
+  ledger_.held.set(waiting_);
+  if (options_.method != FillMethod::kNone) process(back(0), despiker);
   return true;
 }
 
 bool GapFiller::pop(MarkerFrame& frame) noexcept {
-  if (!has_waiting_) return false;
-  frame = waiting_;
-  has_waiting_ = false;
-  ledger_.held.set(0);
+  if (!is_ready()) return false;
+  frame = ring_[oldest_];
+  oldest_ = (oldest_ + 1) % ring_.size();
+  --waiting_;
+  ledger_.held.set(waiting_);
   ledger_.emitted.add();
   return true;
 }
 
-void GapFiller::process(MarkerFrame& frame) noexcept {
-  step_s_ = clock_.advance(frame.header.capture_time_ns);
-  const bool determined = head_.process(frame);
-  const auto& measured = head_.measured();
+/// Of the frames that wait; 0 is the one pushed last.
+MarkerFrame& GapFiller::back(std::size_t frames_ago) noexcept {
+  return ring_[(oldest_ + waiting_ - 1 - frames_ago) % ring_.size()];
+}
+
+/// Carries the frame into the head's frame and asks the statistics, or takes the despiker's word. False if the pose is
+/// not determined.
+bool GapFiller::look_at(const MarkerFrame& frame, const Despiker* despiker) noexcept {
   const bool low_rank = options_.method == FillMethod::kLowRank;
+  owns_model_ = despiker == nullptr;
+  head_ = owns_model_ ? &own_head_ : &despiker->head();
+  statistics_ = owns_model_ ? &own_statistics_ : &despiker->statistics();
+  const bool determined = owns_model_ ? own_head_.process(frame) : head_->determined();
+  for (std::size_t i = 0; i < measured_.size(); ++i) {
+    measured_[i] = frame.state[i] == MarkerState::kMeasured && head_->measured()[i] != 0;
+  }
   // A pose that is not determined, or few visible markers, say too little of the face: the last frame's word is held.
-  is_informed_ = determined && low_rank && 3 * std::count(measured.begin(), measured.end(), 1) >= frame.count;
-  if (low_rank) residuals_.begin_frame(step_s_);
-  if (is_informed_) statistics_.observe(head_.position_head_mm(), measured);
+  is_informed_ = determined && low_rank && 3 * std::count(measured_.begin(), measured_.end(), 1) >= frame.count;
+  if (is_informed_ && owns_model_) own_statistics_.observe(head_->position_head_mm(), measured_);
+  for (std::size_t i = 0; is_informed_ && i < measured_.size(); ++i) {
+    if (!measured_[i]) continue;
+    residual_mm_[i] = statistics_->residual_mm(i);
+    variance_mm2_[i] = statistics_->variance_mm2(i);
+  }
+  return determined;
+}
+
+void GapFiller::process(MarkerFrame& frame, const Despiker* despiker) noexcept {
+  step_s_ = clock_.advance(frame.header.capture_time_ns);
+  const bool determined = look_at(frame, despiker);
+  if (options_.method == FillMethod::kLowRank) residuals_.begin_frame(step_s_);
   for (std::size_t i = 0; i < frame.count; ++i) {
-    if (!measured[i] || !determined) {
+    if (!measured_[i] || !determined) {
       held_[i].miss(step_s_);
       continue;
     }
-    held_[i].observe(head_.position_head_mm()[i], step_s_);
+    if (waiting_ > 1 && held_[i].gap_s() > 0) lead_home(frame, i);
+    held_[i].observe(head_->position_head_mm()[i], step_s_);
   }
   for (std::size_t i = 0; i < frame.count; ++i) {
-    if (measured[i]) continue;
+    if (measured_[i]) continue;
     if (frame.state[i] == MarkerState::kMeasured) {
       frame.state[i] = MarkerState::kRejected;
       frame.reason[i] = RejectReason::kNotFinite;
@@ -100,24 +154,41 @@ void GapFiller::process(MarkerFrame& frame) noexcept {
   is_settled_ = false;
 }
 
+/// Marker i is back: what its fill would have been off by now is taken from the fills that still wait, more of it the
+/// later they are.
+void GapFiller::lead_home(const MarkerFrame& frame, std::size_t i) noexcept {
+  std::size_t gap = 0;  // fills that still wait
+  while (gap + 1 < waiting_ && back(gap + 1).state[i] == MarkerState::kFilled) ++gap;
+  if (gap == 0 || !held_[i].seen()) return;
+  held_[i].miss(step_s_);
+  const Eigen::Vector3d world = head_->head_from_world().inverse() * estimate(i).position_head_mm;
+  const Eigen::Vector3d off = to_vector(frame.position_mm[i]) - world;
+  for (std::size_t k = 1; k <= gap; ++k) {
+    const double share = 1 - static_cast<double>(k) / static_cast<double>(gap + 1);
+    Position& p = back(k).position_mm[i];
+    p = to_position(to_vector(p) + share * off);
+  }
+}
+
 void GapFiller::settle() noexcept {
   if (is_settled_) return;
   is_settled_ = true;
-  const auto& measured = head_.measured();
-  for (std::size_t i = 0; is_informed_ && i < measured.size(); ++i) {
-    if (measured[i]) residuals_.observe(i, statistics_.residual_mm(i), statistics_.variance_mm2(i));
+  for (std::size_t i = 0; is_informed_ && i < measured_.size(); ++i) {
+    if (measured_[i]) residuals_.observe(i, residual_mm_[i], variance_mm2_[i]);
   }
-  head_.learn(step_s_, measured);
-  if (is_informed_) statistics_.learn(step_s_);
+  if (!owns_model_) return;
+  own_head_.learn(step_s_, measured_);
+  if (is_informed_) own_statistics_.learn(step_s_);
 }
 
 GapFiller::Fill GapFiller::estimate(std::size_t i) const noexcept {
   const HeldMarker& held = held_[i];
   if (options_.method == FillMethod::kHold) return {held.hold_mm(), held.variance_mm2()};
   if (options_.method == FillMethod::kDampedVelocity) return {held.damped_mm(), held.variance_mm2()};
-  const double variance = statistics_.variance_mm2(i);
+  const double variance = statistics_->variance_mm2(i);
   const ResidualMemory::Forecast forecast = residuals_.forecast(i, held.gap_s(), variance);
-  return {statistics_.prediction_mm(i) + forecast.residual_mm, forecast.variance_mm2};
+  const double unlearnt = 1 + kUnlearntPerS * held.gap_s();
+  return {statistics_->prediction_mm(i) + forecast.residual_mm, unlearnt * forecast.variance_mm2};
 }
 
 void GapFiller::fill(MarkerFrame& frame, std::size_t i) noexcept {
@@ -129,7 +200,7 @@ void GapFiller::fill(MarkerFrame& frame, std::size_t i) noexcept {
     return;
   }
   const Fill fill = estimate(i);
-  const Eigen::Vector3f world = (head_.head_from_world().inverse() * fill.position_head_mm).cast<float>();
+  const Eigen::Vector3f world = (head_->head_from_world().inverse() * fill.position_head_mm).cast<float>();
   frame.position_mm[i] = {world.x(), world.y(), world.z()};
   frame.standard_deviation_mm[i] = static_cast<float>(std::sqrt(fill.variance_mm2));
   frame.state[i] = MarkerState::kFilled;

@@ -1,6 +1,8 @@
-// Fills missing and rejected markers, causally and without look-ahead: a frame goes in, the same frame comes out.
+// Fills missing and rejected markers, causally: a frame goes in, the same frame comes out, lookahead_frames later.
 // Default: what the visible markers say (low-rank statistics in the head's frame) plus a forecast of the marker's own
 // residual, learnt per lag, with the error that such forecasts had. Measured samples leave bit-equal.
+// With look-ahead, a marker that comes back tells how far off its fill had gone, and the last lookahead_frames of the
+// fill are led there, so that it is met without a step; the frames wait so long.
 // A gap longer than max_gap_ns stays missing from there on; so does a marker that was never seen.
 #pragma once
 
@@ -12,8 +14,8 @@
 
 #include "capture/counters.h"
 #include "capture/marker_set.h"
+#include "capture/repair/baselines/held_marker.h"
 #include "capture/repair/frame_clock.h"
-#include "capture/repair/gap_baselines.h"
 #include "capture/repair/head_frame.h"
 #include "capture/repair/marker_statistics.h"
 #include "capture/repair/residual_memory.h"
@@ -25,9 +27,12 @@ enum class FillMethod : std::uint8_t { kNone, kHold, kDampedVelocity, kLowRank }
 struct GapFillerOptions {
   FillMethod method = FillMethod::kLowRank;
   std::int64_t max_gap_ns = 2'000'000'000;  ///< > 0
+  std::uint32_t lookahead_frames = 0;       ///< that every frame waits for later ones, 0 to 64
   HeadFrameOptions head_frame;
   MarkerStatisticsOptions statistics;
 };
+
+class Despiker;
 
 class GapFiller {
  public:
@@ -40,14 +45,18 @@ class GapFiller {
   /// A new take of the same set: forgets everything but the counters. A held frame is dropped and counted.
   void reset() noexcept;
 
-  /// A frame whose count is not the set's is consumed and refused. False only while a frame waits to be popped.
+  /// A frame whose count is not the set's is consumed and refused. False only while a frame waits to be popped. Where a
+  /// set begins while frames look ahead, flush and pop first, or they are dropped and counted.
   bool push(const MarkerFrame& frame) noexcept;
+  /// The same for the frame that `despiker` has just handed on: its head pose and statistics are used instead of being
+  /// found out once more. Frames of one take go all through this or all through the other.
+  bool push(const MarkerFrame& frame, const Despiker& despiker) noexcept;
   bool pop(MarkerFrame& frame) noexcept;
   /// Learns from the frame last pushed (capture/stage.h).
   void settle() noexcept;
   void tick(Tick) noexcept {}
-  /// Nothing is delayed here: what was pushed can be popped at once, before and after a flush.
-  void flush() noexcept {}
+  /// What looks ahead waits no longer.
+  void flush() noexcept { is_flushing_ = true; }
 
   const StageLedger& ledger() const noexcept { return ledger_; }
   /// Marker samples filled, by the reason for which they had been rejected (kNone: they were missing).
@@ -60,22 +69,35 @@ class GapFiller {
     Eigen::Vector3d position_head_mm;
     double variance_mm2;
   };
-  void process(MarkerFrame& frame) noexcept;
+  bool take_in(const MarkerFrame& frame, const Despiker* despiker) noexcept;
+  bool look_at(const MarkerFrame& frame, const Despiker* despiker) noexcept;
+  void process(MarkerFrame& frame, const Despiker* despiker) noexcept;
   void fill(MarkerFrame& frame, std::size_t i) noexcept;
+  MarkerFrame& back(std::size_t frames_ago) noexcept;
+  void drop_waiting() noexcept;
+  bool is_ready() const noexcept { return waiting_ > (is_flushing_ ? 0 : options_.lookahead_frames); }
+  void lead_home(const MarkerFrame& frame, std::size_t i) noexcept;
   Fill estimate(std::size_t i) const noexcept;
 
   GapFillerOptions options_;
   MarkerSet set_;
-  HeadFrame head_;
-  MarkerStatistics statistics_;
+  HeadFrame own_head_;  ///< without a despiker's
+  MarkerStatistics own_statistics_;
+  const HeadFrame* head_ = &own_head_;  ///< of the frame being processed
+  const MarkerStatistics* statistics_ = &own_statistics_;
   ResidualMemory residuals_;
+  std::vector<std::uint8_t> measured_;        ///< in the frame last pushed
+  std::vector<Eigen::Vector3d> residual_mm_;  ///< of its measured markers, with the variance that the model gave them
+  std::vector<double> variance_mm2_;
   std::vector<HeldMarker> held_;
   FrameClock clock_;
-  double step_s_ = 0;         ///< from the frame before the one last pushed
-  bool is_informed_ = false;  ///< the frame last pushed showed enough of the face to learn from
-  bool is_settled_ = true;    ///< the frame last pushed has been learnt from
-  MarkerFrame waiting_;
-  bool has_waiting_ = false;
+  double step_s_ = 0;              ///< from the frame before the one last pushed
+  bool owns_model_ = true;         ///< the frame last pushed came without a despiker
+  bool is_informed_ = false;       ///< the frame last pushed showed enough of the face to learn from
+  bool is_settled_ = true;         ///< the frame last pushed has been learnt from
+  std::vector<MarkerFrame> ring_;  ///< lookahead_frames + 1
+  std::size_t oldest_ = 0, waiting_ = 0;
+  bool is_flushing_ = false;
   StageLedger ledger_;
   std::array<Counter, 7> filled_;
   Counter left_missing_;

@@ -35,7 +35,7 @@ MarkerStatistics::MarkerStatistics(MarkerStatisticsOptions options) : options_(o
   require_positive("noise_floor_mm", options.noise_floor_mm);
   require_positive("learn_rate_hz", options.learn_rate_hz);
   if (!(options.model_doubt >= 1 && std::isfinite(options.model_doubt))) {
-    throw UserError("model_doubt", fmt::format("{} is not >= 1", options.model_doubt), "16 is the default");
+    throw UserError("model_doubt", fmt::format("{} is not >= 1", options.model_doubt), "4 is the default");
   }
   reset();
 }
@@ -118,11 +118,22 @@ void MarkerStatistics::condition() noexcept {
   for (Marker& marker : markers_) derive_gain(marker);
 }
 
+/// All markers are believed alike: the still ones have the least noise of their own, and given their due they would
+/// insist that an expression which they do not show is none.
+void MarkerStatistics::renew_noise() noexcept {
+  double sum = 0, known = 0;
+  for (const Marker& marker : markers_) {
+    if (marker.samples > 0) sum += marker.learnt_noise_mm2, known += 1;
+  }
+  const double noise = options_.model_doubt * (known > 0 ? sum / known : kPriorNoiseMm2);
+  for (Marker& marker : markers_) marker.noise_mm2 = noise;
+}
+
 void MarkerStatistics::condition_afresh() noexcept {
+  if (changes_until_afresh_ == 0) renew_noise();
   LatentSquare precision = LatentSquare::Identity();
   for (std::size_t i = 0; i < markers_.size(); ++i) {
     Marker& marker = markers_[i];
-    if (changes_until_afresh_ == 0) marker.noise_mm2 = options_.model_doubt * marker.learnt_noise_mm2;
     marker.conditioned = marker.visible;
     if (!marker.visible) continue;
     const Eigen::Matrix<double, kRank, 3> scaled = loading(i) / marker.noise_mm2;
@@ -195,7 +206,6 @@ void MarkerStatistics::learn(double step_s) noexcept {
   for (std::size_t i = 0; i < markers_.size(); ++i) {
     Marker& marker = markers_[i];
     const Eigen::Vector3d explained = explained_mm(i);
-    marker.block_measured[slot] = marker.visible;
     marker.block_mm[slot] = explained;
     if (!marker.visible) continue;
     marker.block_mm[slot] = marker.position_mm - marker.mean_mm;
@@ -210,25 +220,19 @@ void MarkerStatistics::learn(double step_s) noexcept {
   condition();  // now, not when the next frame waits
 }
 
-/// Centres the marker's block on its own mean, moves the marker's mean, and keeps the shift for the merge.
+/// Centres the marker's block on its own mean, moves the marker's mean, and keeps the shift for the merge. Where the
+/// marker was hidden the block holds what the others say of it, and that counts like a sample: a block that left it out
+/// would teach that this marker stays while the others move.
 void MarkerStatistics::centre_block(Marker& marker) noexcept {
-  Eigen::Vector3d shift = Eigen::Vector3d::Zero();
-  double measured = 0;
-  for (std::size_t k = 0; k < kBlock; ++k) {
-    if (!marker.block_measured[k]) continue;
-    shift += marker.block_mm[k];
-    measured += 1;
-  }
   marker.shift_mm.setZero();
-  if (measured == 0) return;
-  shift /= measured;
-  for (std::size_t k = 0; k < kBlock; ++k) {
-    if (marker.block_measured[k]) marker.block_mm[k] -= shift;
-  }
+  if (marker.samples == 0) return;
+  Eigen::Vector3d shift = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& deviation : marker.block_mm) shift += deviation / kBlock;
+  for (Eigen::Vector3d& deviation : marker.block_mm) deviation -= shift;
   const double before = marker.samples;
-  marker.samples = before + measured;
-  marker.mean_mm += measured / marker.samples * shift;
-  marker.shift_mm = std::sqrt(before * measured / marker.samples) * shift;
+  marker.samples = before + kBlock;
+  marker.mean_mm += kBlock / marker.samples * shift;
+  marker.shift_mm = std::sqrt(before * kBlock / marker.samples) * shift;
 }
 
 /// D^T = [ W sqrt(window) | block - block mean | weighted shift of the mean ]^T, three columns per marker.

@@ -1,5 +1,5 @@
 // How markers of a face move together: an online low-rank model of the 3M coordinates in the head frame,
-//   y = mean + W z + e,   z ~ N(0, I),   e_i ~ N(0, noise_i I3)  per marker i,
+//   y = mean + W z + e,   z ~ N(0, I),   e ~ N(0, noise I),
 // and what the visible markers say about any marker that is hidden, with the variance of that statement.
 //
 // W is kept as the scaled principal directions of a window that forgets exponentially; blocks of frames are merged by
@@ -16,12 +16,13 @@
 namespace risorius {
 
 /// Why model_doubt? The directions are estimates themselves, and a new expression lies outside of them: believed at
-/// face value, weak directions explode. Measured on a real take while it is being learnt: 4 and 64 are worse than 16.
+/// face value, weak directions explode. Measured on a real take (eyebrows) while it is being learnt: 1 and 16 are
+/// worse.
 struct MarkerStatisticsOptions {
   double memory_s = 60;          ///< time constant of forgetting, > 0
   double noise_floor_mm = 0.05;  ///< no marker is believed to be measured better than this (per axis), > 0
-  double model_doubt = 16;       ///< conditioning believes in this many times the learnt noise, >= 1
-  double learn_rate_hz = 60;     ///< at most so many frames a second are learnt from, > 0
+  double model_doubt = 4;  ///< conditioning believes in this many times the learnt noise (the mean over markers), >= 1
+  double learn_rate_hz = 60;  ///< at most so many frames a second are learnt from, > 0
 };
 
 class MarkerStatistics {
@@ -76,7 +77,6 @@ class MarkerStatistics {
     std::uint8_t visible = 0;
     std::uint8_t conditioned = 0;                  ///< was visible to covariance_
     std::array<Eigen::Vector3d, kBlock> block_mm;  ///< deviations from the mean, waiting to be merged
-    std::array<std::uint8_t, kBlock> block_measured{};
   };
 
   static Marker unseen_marker() noexcept;
@@ -84,6 +84,7 @@ class MarkerStatistics {
   Eigen::Vector3d explained_mm(std::size_t i) const noexcept { return loading(i).transpose().lazyProduct(latent_); }
   void condition() noexcept;
   void condition_afresh() noexcept;
+  void renew_noise() noexcept;
   void condition_on_change(std::size_t i) noexcept;
   void derive_gain(Marker& marker) const noexcept;
   bool informative() const noexcept;

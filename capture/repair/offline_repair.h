@@ -1,10 +1,6 @@
 // Fills the gaps of a whole take, with past and future at hand. Measured samples are never changed.
-//
-// Default: the low-rank statistics of the whole take predict a hidden marker, p(t), from the visible ones; across a gap
-// from a to b the fill is   y(t) = line(y_a, y_b)(t) + beta (p(t) - line(p_a, p_b)(t)),
-// which meets the measured samples at both ends. beta, between the straight line (0) and the prediction with its
-// residual carried across (1), is the least-squares one, learnt on artificial gaps of the same length in the take
-// itself, as is the error that is stated.
+// Default: each gap of each marker is a regression (capture/repair/gap_regression.h) in the head's frame, learnt from
+// the samples around the gap and a few hundred from all over the take, on the markers that are seen in the gap.
 #pragma once
 
 #include <cstdint>
@@ -14,23 +10,21 @@
 #include "capture/frames.h"
 #include "capture/marker_set.h"
 #include "capture/repair/head_frame.h"
-#include "capture/repair/marker_statistics.h"
 
 namespace risorius {
 
-enum class OfflineFillMethod : std::uint8_t { kNone, kLinear, kLowRank };
+enum class OfflineFillMethod : std::uint8_t { kNone, kLinear, kRegression };
 
 struct OfflineFillOptions {
-  OfflineFillMethod method = OfflineFillMethod::kLowRank;
+  OfflineFillMethod method = OfflineFillMethod::kRegression;
   std::int64_t max_gap_ns = 10'000'000'000;  ///< a longer gap stays missing altogether, > 0
   HeadFrameOptions head_frame;
-  MarkerStatisticsOptions statistics{.memory_s = 1e6, .model_doubt = 16};
   std::function<void(double)> progress;  ///< called now and then with the share done, 0 to 1; may be empty
 };
 
 /// Fills missing and rejected markers (state kFilled, standard_deviation_mm set, reason kept). A marker that was never
-/// measured stays missing. kLowRank also fills at the ends of the take, with the prediction and its fading residual;
-/// frames without a determined head pose are left as they are.
+/// measured stays missing. kRegression also fills at the ends of the take, and where the head pose is open (a
+/// whole-frame drop-out), with the pose between its neighbours; a take that shows no head at all is left as it is.
 /// Frames must be in order of capture time. Throws UserError for a bad option, a bad set, or a frame whose count is
 /// not the set's.
 void fill_offline(std::vector<MarkerFrame>& frames, const MarkerSet& set, const OfflineFillOptions& options);

@@ -25,5 +25,7 @@ void add_demo_command(CLI::App& app);
 void add_perform_command(CLI::App& app);
 void add_perform_fit_command(CLI::App& app);
 void add_defects_command(CLI::App& app);
+void add_clean_command(CLI::App& app);
+void add_plot_command(CLI::App& app);
 
 }  // namespace risorius

@@ -17,6 +17,8 @@ int main(int argc, char** argv) {
   risorius::add_perform_command(app);
   risorius::add_perform_fit_command(app);
   risorius::add_defects_command(app);
+  risorius::add_clean_command(app);
+  risorius::add_plot_command(app);
   risorius::add_replay_command(app);
   risorius::add_serve_command(app);
   risorius::add_rig_command(app);

@@ -56,7 +56,7 @@ bool FramePipeline::push(const MarkerFrame& frame) noexcept {
 bool FramePipeline::pop(SolvedFrame& out) noexcept {
   while (!filler_.pop(out.markers)) {
     if (!despiker_.pop(between_)) return false;
-    RISORIUS_CHECK(filler_.push(between_));
+    RISORIUS_CHECK(filler_.push(between_, despiker_));
   }
   note(PipelineStep::kCleaned);
   const bool looked_at = rig_problem_.empty() && solver_.push(out.markers) && solver_.pop(out.aus);
@@ -73,7 +73,7 @@ bool FramePipeline::pop(SolvedFrame& out) noexcept {
 
 void FramePipeline::flush() noexcept {
   despiker_.flush();
-  while (despiker_.pop(between_)) RISORIUS_CHECK(filler_.push(between_));
+  while (despiker_.pop(between_)) RISORIUS_CHECK(filler_.push(between_, despiker_));
   filler_.flush();
 }
 

@@ -43,6 +43,8 @@ template <class V, class O>
 void visit_fill(V& v, O& o) {
   v.choice("method", o.method, std::span<const Choice<FillMethod>>(kFillMethods), "how gaps are filled, causally");
   v.seconds("max_gap_s", o.max_gap_ns, 1e-3, 3600, "a longer gap stays missing from there on");
+  v.number("lookahead_frames", o.lookahead_frames, 0, 64,
+           "that every frame waits for later ones: so much more latency");
 }
 
 template <class V, class O>

@@ -1,189 +1,180 @@
-// Accuracy of gap filling and despiking on a real take: bench_repair [FOLDER of jaw.csv and eyebrows.csv] [draws].
-// Protocol after Gloersen & Federolf 2016: 0.1 mm white noise, two gaps of equal length in K markers after frame 300,
-// Euclidean error against the take before the noise. The same draws for every method.
-#include <algorithm>
-#include <chrono>
-#include <cmath>
-#include <cstdio>
-#include <cstdlib>
-#include <functional>
-#include <random>
-#include <string>
-#include <vector>
+// Accuracy of repair: gaps filled and false tracks found. bench_repair [--draws N] [--take FILE]...
+// By default the two real takes and one of the performer, judged by tests/bench/bars.tsv. With --take, any take: tables
+// alone, since nobody knows what a bar on it means.
+#include <CLI/CLI.hpp>
+#include <fmt/core.h>
 
 #include "bench/bench_report.h"
-#include "capture/repair/despiker.h"
-#include "capture/repair/gap_baselines.h"
-#include "capture/repair/gap_filler.h"
-#include "capture/repair/offline_repair.h"
-#include "support/marker_csv.h"
-#include "support/marker_defects.h"
+#include "bench/despike_bench.h"
+#include "bench/fill_bench.h"
+#include "replay/commands/take_arguments.h"
+#include "replay/performer/performer.h"
+#include "solve/faces/builtin_face.h"
 #include "support/test_data.h"
 
-namespace risorius {
+namespace risorius::bench {
 namespace {
 
-struct Task {
-  std::size_t gap, markers;
-};
-constexpr Task kTasks[] = {{6, 4}, {30, 4}, {60, 4}, {120, 4}, {30, 12}, {120, 12}};
-constexpr std::size_t kFirstGapFrame = 300;
-constexpr float kNoiseMm = 0.1F;
+constexpr double kNoise3dMm = kNoiseMm * 1.7320508;
+constexpr int kDefectSeeds = 6;
 
-struct Sums {
-  double error = 0, squared = 0, inside = 0, count = 0, step = 0, steps = 0;
+struct BenchTake {
+  std::string name;
+  test::MarkerTake clean;
+  bool is_main = false;  ///< all tasks, all rows
 };
 
-double distance(Position a, Position b) {
-  return std::hypot(double{a.x} - double{b.x}, double{a.y} - double{b.y}, double{a.z} - double{b.z});
+test::MarkerTake read_all(TakeReader& reader) {
+  test::MarkerTake take{reader.info().markers, {}};
+  for (MarkerFrame frame; reader.next(frame);) take.frames.push_back(frame);
+  return take;
 }
 
-std::vector<MarkerFrame> with_noise(const std::vector<MarkerFrame>& clean, std::mt19937_64& random) {
-  std::normal_distribution<float> noise(0, kNoiseMm);
-  std::vector<MarkerFrame> frames = clean;
-  for (MarkerFrame& frame : frames) {
-    for (std::size_t i = 0; i < frame.count; ++i) {
-      frame.position_mm[i].x += noise(random);
-      frame.position_mm[i].y += noise(random);
-      frame.position_mm[i].z += noise(random);
-    }
+/// Somebody who is not the built-in face, whole and without noise; the head moves fast.
+test::MarkerTake performed() {
+  PerformerOptions options{.seed = 11, .rate_hz = 60, .seconds = 30, .noise_mm = 0, .occlusion_share = 0};
+  options.false_track_share = 0;
+  options.head_motion = 3;
+  options.perturb = PerturbOptions::like_people();
+  PerformerTake take(builtin_rig(), options);
+  return read_all(take);
+}
+
+std::vector<const FillMethodEntry*> methods() {
+  std::vector<const FillMethodEntry*> all;
+  for (const FillMethodEntry& method : fill_methods()) all.push_back(&method);
+  return all;
+}
+
+double least_crps(const TaskScores& scores, const std::vector<const FillMethodEntry*>& all, bool causal_only) {
+  double least = 1e30;
+  for (std::size_t m = 2; m < all.size(); ++m) {
+    if (!causal_only || all[m]->is_causal) least = std::min(least, crps_mm(scores.by_method[m], true));
   }
-  return frames;
+  return least;
 }
 
-void cut_gaps(std::vector<MarkerFrame>& frames, Task task, std::mt19937_64& random) {
-  std::vector<std::size_t> markers(frames.front().count);
-  for (std::size_t i = 0; i < markers.size(); ++i) markers[i] = i;
-  std::shuffle(markers.begin(), markers.end(), random);
-  const std::size_t half = (frames.size() - kFirstGapFrame) / 2;
-  for (std::size_t k = 0; k < task.markers; ++k) {
-    for (std::size_t part = 0; part < 2; ++part) {
-      const std::size_t begin = kFirstGapFrame + part * half + random() % (half - task.gap - 1);
-      for (std::size_t f = begin; f < begin + task.gap; ++f) {
-        frames[f].state[markers[k]] = MarkerState::kMissing;
-        frames[f].position_mm[markers[k]] = {};
-      }
-    }
-  }
-}
-
-using Fill = std::function<void(std::vector<MarkerFrame>&, const MarkerSet&)>;
-
-void fill_causal(std::vector<MarkerFrame>& frames, const MarkerSet& set, FillMethod method) {
-  GapFillerOptions options;
-  options.method = method;
-  options.max_gap_ns = 10'000'000'000;
-  GapFiller filler(options);
-  filler.use_marker_set(set);
-  for (MarkerFrame& frame : frames) {
-    filler.push(frame);
-    filler.pop(frame);
-  }
-}
-
-void score(const std::vector<MarkerFrame>& clean, const std::vector<MarkerFrame>& cut,
-           const std::vector<MarkerFrame>& filled, Sums& sums) {
-  constexpr double kTwoSided90 = 1.6449;
-  for (std::size_t f = 1; f < clean.size(); ++f) {
-    for (std::size_t i = 0; i < clean[f].count; ++i) {
-      if (cut[f].state[i] != MarkerState::kMissing) continue;
-      const Position a = filled[f].position_mm[i], b = clean[f].position_mm[i];
-      const double error = distance(a, b);
-      sums.error += error;
-      sums.squared += error * error;
-      const double bound = kTwoSided90 * double{filled[f].standard_deviation_mm[i]};
-      sums.inside += (std::abs(a.x - b.x) <= bound) + (std::abs(a.y - b.y) <= bound) + (std::abs(a.z - b.z) <= bound);
-      sums.count += 1;
-      if (cut[f - 1].state[i] != MarkerState::kMissing) {
-        const double moved = distance(clean[f].position_mm[i], clean[f - 1].position_mm[i]);
-        sums.step += std::max(0.0, distance(a, filled[f - 1].position_mm[i]) - moved);
-        sums.steps += 1;
-      }
-    }
-  }
-}
-
-void bench_fill(const test::MarkerTake& take, int draws, bench::BenchReport& report) {
-  const std::vector<std::pair<const char*, Fill>> methods = {
-      {"linear (seed 000)", [](auto& frames, const auto&) { fill_linear(frames, INT64_MAX); }},
-      {"hold", [](auto& frames, const auto& set) { fill_causal(frames, set, FillMethod::kHold); }},
-      {"damped velocity", [](auto& frames, const auto& set) { fill_causal(frames, set, FillMethod::kDampedVelocity); }},
-      {"low-rank, causal", [](auto& frames, const auto& set) { fill_causal(frames, set, FillMethod::kLowRank); }},
-      {"low-rank, offline", [](auto& frames, const auto& set) { fill_offline(frames, set, {}); }},
+/// The default against the best of the methods that may stand against it.
+void report_default(const BenchTake& take, const TaskScores& scores, const std::vector<const FillMethodEntry*>& all,
+                    bool is_causal, BenchReport* report) {
+  const MethodScore& own = scores.by_method[is_causal ? 1 : 0];
+  const std::size_t best = scores.best_baseline(all, is_causal);
+  const MethodScore& other = scores.by_method[best];
+  const Interval interval = ratio_interval(own, other);
+  const char* name = is_causal ? "causal" : "offline";
+  const double ratio = mean_mm(own) / mean_mm(other), of_rmse = rmse_mm(own) / rmse_mm(other);
+  fmt::print("{:<10} {:<14} {:<8} {:.3f} / {:<16} {:.3f} = {:.2f} ({:.2f} to {:.2f}), RMSE {:.2f}\n", take.name,
+             scores.task.name, name, mean_mm(own), all[best]->name, mean_mm(other), ratio, interval.low, interval.high,
+             of_rmse);
+  if (report == nullptr) return;
+  const auto row = [&](const char* what) {
+    return fmt::format("{}: {}{}, {}", take.name, name, what, scores.task.name);
   };
-  std::printf("%-18s", "gap x markers");
-  for (const Task& task : kTasks) std::printf("  %15zux%-7zu", task.gap, task.markers);
-  std::printf("\n(mean / RMSE mm, share inside the 90 %% interval, step at gap start mm)\n");
-  for (const auto& [name, method] : methods) {
-    std::printf("%-18s", name);
-    for (const Task& task : kTasks) {
-      Sums sums;
-      for (int draw = 0; draw < draws; ++draw) {
-        std::mt19937_64 random(static_cast<std::uint64_t>(draw) + 1);
-        auto cut = with_noise(take.frames, random);
-        cut_gaps(cut, task, random);
-        auto filled = cut;
-        method(filled, take.set);
-        score(take.frames, cut, filled, sums);
-      }
-      std::printf("  %5.3f/%5.3f %3.0f%% %4.2f", sums.error / sums.count, std::sqrt(sums.squared / sums.count),
-                  100 * sums.inside / (3 * sums.count), sums.step / sums.steps);
-      report.add(std::string(name) + ", " + std::to_string(task.gap) + "x" + std::to_string(task.markers),
-                 sums.error / sums.count);
-    }
-    std::printf("\n");
-    std::fflush(stdout);
-  }
+  report->add(row(is_causal ? " / best causal" : " / best"), ratio);
+  report->add(row(": 90 % interval off by"), std::abs(coverage_percent(own) - 90));
+  if (!take.is_main) return;
+  report->add(row(is_causal ? " / best causal RMSE" : " / best RMSE"), of_rmse);
+  report->add(row(": CRPS / best"), crps_mm(own, false) / least_crps(scores, all, is_causal));
+  report->add(row(": step at the start / noise"), start_step_p99_mm(own) / kNoise3dMm);
+  report->add(row(": step at the end / noise"), end_step_p99_mm(own) / kNoise3dMm);
 }
 
-void bench_despike(const char* name, const test::MarkerTake& take, DespikeMethod method, int seeds,
-                   bench::BenchReport& report) {
-  test::DespikeScore score;
-  double seconds = 0;
-  for (int seed = 1; seed <= seeds; ++seed) {
-    const test::Defects defects = test::make_defects(take, static_cast<std::uint64_t>(seed));
-    DespikerOptions options;
-    options.method = method;
-    Despiker despiker(options);
-    despiker.use_marker_set(take.set);
-    auto judged = defects.frames;
-    const auto start = std::chrono::steady_clock::now();
-    for (MarkerFrame& frame : judged) {
-      despiker.push(frame);
-      despiker.pop(frame);
+void bench_fill(const BenchTake& take, int draws, BenchReport* report) {
+  const auto all = methods();
+  std::vector<GapTask> tasks = gap_tasks(take.clean.set.rate_hz);
+  const std::vector<TaskScores> scores = score_fills(take.clean, tasks, all, draws);
+  fmt::print("\n== {}: {} frames, {} markers, {} draws\n", take.name, take.clean.frames.size(),
+             take.clean.set.names.size(), draws);
+  print_fill_table(scores, all);
+  fmt::print("\ndefault / best of the others, mean error (95 % of the paired bootstrap)\n");
+  for (const TaskScores& of_task : scores) {
+    for (const bool is_causal : {false, true}) report_default(take, of_task, all, is_causal, report);
+    if (report == nullptr || !take.is_main) continue;
+    for (std::size_t m = 0; m < all.size(); ++m) {
+      report->add(fmt::format("{}: {}, {}", take.name, all[m]->name, of_task.task.name), mean_mm(of_task.by_method[m]));
     }
-    seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    score.add(defects, judged);
+    const std::size_t pca = static_cast<std::size_t>(&fill_method_named("pca") - fill_methods().data());
+    report->add(fmt::format("{}: causal / pca offline, {}", take.name, of_task.task.name),
+                mean_mm(of_task.by_method[1]) / mean_mm(of_task.by_method[pca]));
   }
-  std::printf("%-22s events %zu, found %.2f %%, samples found %.2f %%, false alarms %.3f %%, %.1f us per frame\n", name,
-              score.events, 100.0 * static_cast<double>(score.found) / static_cast<double>(score.events),
-              100.0 * static_cast<double>(score.rejected_false) / static_cast<double>(score.false_samples),
-              100.0 * static_cast<double>(score.rejected_good) / static_cast<double>(score.good_samples),
-              1e6 * seconds / static_cast<double>(take.frames.size()) / seeds);
-  report.add(std::string("despike ") + name + ": events found",
-             100.0 * static_cast<double>(score.found) / static_cast<double>(score.events));
-  report.add(std::string("despike ") + name + ": false alarms",
-             100.0 * static_cast<double>(score.rejected_good) / static_cast<double>(score.good_samples));
+  write_fill_csv(fmt::format("{}/build/bench/repair_{}.csv", RISORIUS_SOURCE_DIR, take.name), scores, all);
+}
+
+void print_despike(const std::string& name, const DespikeResult& result) {
+  fmt::print("{:<36} {:5} events, found {:6.2f} % (samples {:6.2f} %), false alarms {:.3f} %\n", name,
+             result.score.events, result.found_percent(), result.samples_percent(), result.false_alarm_percent());
+}
+
+void report_despike(const std::string& name, const DespikeResult& result, BenchReport* report) {
+  print_despike(name, result);
+  if (report == nullptr) return;
+  report->add("despike " + name + ": events found", result.found_percent());
+  report->add("despike " + name + ": false alarms", result.false_alarm_percent());
+}
+
+void bench_despike(const BenchTake& take, BenchReport* report) {
+  DespikeResult by_program, by_test, plain;
+  for (std::uint64_t seed = 1; seed <= kDefectSeeds; ++seed) {
+    const SpoiltTake spoilt = spoil_by_program(take.clean, seed);
+    add_judged(spoilt, DespikeMethod::kHeadFrame, by_program);
+    add_judged(spoilt, DespikeMethod::kDisplacement, plain);
+    add_judged(spoil_by_test(take.clean, seed), DespikeMethod::kHeadFrame, by_test);
+  }
+  report_despike(take.name + ", risorius defects", by_program, report);
+  report_despike(take.name + ", test defects", by_test, report);
+  report_despike(take.name + ", risorius defects (seed 000)", plain, report);
+  const auto folder = test::data_folder() / "animface";
+  if (!std::filesystem::exists(folder / (take.name + "_defects.c3d"))) return;
+  DespikeResult given;
+  add_judged(read_spoilt(folder, take.name, take.clean), DespikeMethod::kHeadFrame, given);
+  report_despike(take.name + "_defects.c3d", given, report);
+}
+
+std::vector<BenchTake> default_takes() {
+  std::vector<BenchTake> takes;
+  const auto folder = test::data_folder() / "animface";
+  for (const char* name : {"jaw", "eyebrows"}) {
+    takes.push_back({name, test::read_marker_csv(folder / (std::string(name) + ".csv"), 60), takes.empty()});
+    if (takes.back().clean.frames.empty()) {
+      throw std::runtime_error(folder.string() + ": no takes there; set RISORIUS_DATA, or give --take FILE");
+    }
+  }
+  takes.push_back({"performed", performed(), false});
+  return takes;
 }
 
 }  // namespace
-}  // namespace risorius
+}  // namespace risorius::bench
 
 int main(int argc, char** argv) {
   using namespace risorius;
-  const std::filesystem::path folder = argc > 1 ? argv[1] : (test::data_folder() / "animface").string();
-  const int draws = argc > 2 ? std::max(1, std::atoi(argv[2])) : 20;
-  const test::MarkerTake jaw = test::read_marker_csv(folder / "jaw.csv", 60);
-  if (jaw.frames.empty()) {
-    std::fprintf(stderr, "%s: no takes there (give the folder of jaw.csv)\n", folder.c_str());
+  CLI::App app("bench repair: gaps and false tracks");
+  std::vector<std::string> files;
+  int draws = 20;
+  TakeArguments arguments;
+  app.add_option("--take", files, kTakeNames);
+  app.add_option("--draws", draws, "of the main take; a third of them of the others")->check(CLI::Range(1, 1000));
+  arguments.add_to(app);
+  CLI11_PARSE(app, argc, argv);
+  try {
+    if (files.empty()) {
+      bench::BenchReport report("repair");
+      for (const bench::BenchTake& take : bench::default_takes()) {
+        bench::bench_fill(take, take.is_main ? draws : std::max(1, draws / 3), &report);
+        bench::bench_despike(take, &report);
+      }
+      return report.finish();
+    }
+    for (const std::string& file : files) {
+      const auto reader = open_take_or_builtin(file, arguments.options());
+      print_warnings(*reader);
+      const bench::BenchTake take{path_of_take(file).stem().string(), bench::read_all(*reader), true};
+      bench::bench_fill(take, draws, nullptr);
+      bench::bench_despike(take, nullptr);
+    }
+    return 0;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "bench repair: {}\n", error.what());
     return 1;
   }
-  const test::MarkerTake eyebrows = test::read_marker_csv(folder / "eyebrows.csv", 60);
-  bench::BenchReport report("repair");
-  bench_despike("jaw", jaw, DespikeMethod::kHeadFrame, draws, report);
-  bench_despike("jaw (seed 000)", jaw, DespikeMethod::kDisplacement, draws, report);
-  bench_despike("eyebrows", eyebrows, DespikeMethod::kHeadFrame, draws, report);
-  bench_despike("eyebrows (seed 000)", eyebrows, DespikeMethod::kDisplacement, draws, report);
-  bench_fill(jaw, draws, report);
-  return report.finish();
 }

@@ -46,6 +46,16 @@ TEST(Despiker, AlwaysRejectsAJumpOf20MmAndTakesTheMarkerBack) {
   }
 }
 
+// No model knows a movement that was never made before; but it comes step by step, as no false track does.
+TEST(Despiker, KeepsALoneMovementThatNothingForetoldAndRejectsTheSameAsALeap) {
+  MarkerTake steady = synthetic_take();
+  for (std::size_t f = 300; f < 600; ++f) displace(steady, f, 5, std::min(12.0F, 1.5F * static_cast<float>(f - 299)));
+  EXPECT_EQ(rejected_count(despike(steady)), 0U);
+  MarkerTake leap = synthetic_take();
+  for (std::size_t f = 300; f < 304; ++f) displace(leap, f, 5, 12);
+  EXPECT_EQ(rejected_count(despike(leap)), 4U);
+}
+
 TEST(Despiker, RejectsAJumpBeforeItHasLearntAnything) {
   MarkerTake take = synthetic_take({.frames = 10});
   displace(take, 2, 5, 20);

@@ -112,5 +112,32 @@ TEST(MarkerStatistics, RejectsOptionsOutOfRange) {
   EXPECT_THROW(MarkerStatistics({.model_doubt = 0.5}), UserError);
 }
 
+// A held expression while a marker is hidden: blocks that leave the hidden marker out would teach that it stays while
+// the others move, and the prediction would creep back to rest.
+TEST(MarkerStatistics, AHiddenMarkerIsNotTaughtToStayWhileTheOthersMove) {
+  constexpr std::size_t kMarkers = 12, kHidden = 3;
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> normal(0, 1);
+  std::vector<Eigen::Vector3d> rest, mode, position(kMarkers);
+  for (std::size_t i = 0; i < kMarkers; ++i) {
+    rest.emplace_back(60 * normal(random), 60 * normal(random), 30 * normal(random));
+    mode.emplace_back(normal(random), normal(random), normal(random));
+  }
+  MarkerStatistics statistics;
+  statistics.remap(std::vector<int>(kMarkers, -1));
+  std::vector<std::uint8_t> visible(kMarkers, 1);
+  for (int f = 0; f < 700; ++f) {
+    const double z = f < 400 ? std::sin(0.07 * f) : 3;
+    visible[kHidden] = f < 400;
+    for (std::size_t i = 0; i < kMarkers; ++i) {
+      position[i] = rest[i] + z * mode[i] + 0.05 * Eigen::Vector3d(normal(random), normal(random), normal(random));
+    }
+    statistics.observe(position, visible);
+    statistics.learn(1.0 / 60);
+  }
+  const double moved = 3 * mode[kHidden].norm();
+  EXPECT_LT((statistics.prediction_mm(kHidden) - position[kHidden]).norm(), 0.1 * moved);
+}
+
 }  // namespace
 }  // namespace risorius

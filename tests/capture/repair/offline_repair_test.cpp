@@ -27,15 +27,15 @@ double mean_error_mm(const MarkerTake& truth, const MarkerTake& filled, std::siz
 
 TEST(OfflineRepair, BeatsLinearInALongGapAndMeetsBothEnds) {
   const MarkerTake truth = synthetic_take({.head_moves = true});
-  MarkerTake low_rank = truth;
-  hide(low_rank, 3, 200, 90);
-  MarkerTake linear = low_rank;
-  fill_offline(low_rank.frames, truth.set, {});
+  MarkerTake regression = truth;
+  hide(regression, 3, 200, 90);
+  MarkerTake linear = regression;
+  fill_offline(regression.frames, truth.set, {});
   fill_offline(linear.frames, truth.set, {.method = OfflineFillMethod::kLinear});
-  EXPECT_LT(mean_error_mm(truth, low_rank, 3, 200, 90), 0.25 * mean_error_mm(truth, linear, 3, 200, 90));
+  EXPECT_LT(mean_error_mm(truth, regression, 3, 200, 90), 0.25 * mean_error_mm(truth, linear, 3, 200, 90));
   // Within a frame of the ends the error is that of two noisy samples (0.05 mm per axis) and of a short prediction.
   for (const std::size_t f : {200, 289}) {
-    EXPECT_LT(distance_mm(truth.frames[f].position_mm[3], low_rank.frames[f].position_mm[3]), 0.5);
+    EXPECT_LT(distance_mm(truth.frames[f].position_mm[3], regression.frames[f].position_mm[3]), 0.5);
   }
 }
 
@@ -58,6 +58,43 @@ TEST(OfflineRepair, LeavesMeasuredSamplesBitEqual) {
   EXPECT_EQ(take.frames[599].state[4], MarkerState::kFilled);
 }
 
+TEST(OfflineRepair, FillsAWholeFrameDropOutAndATakeThatBeginsInsideAGap) {
+  const MarkerTake truth = synthetic_take({.head_moves = true});
+  MarkerTake take = truth;
+  for (std::size_t i = 0; i < 24; ++i) test::hide(take, i, 300, 4);
+  test::hide(take, 5, 0, 40);
+  fill_offline(take.frames, take.set, {});
+  for (std::size_t i = 0; i < 24; ++i) {
+    // The head turns and moves in those 67 ms; its pose is bridged straight.
+    EXPECT_LT(mean_error_mm(truth, take, i, 300, 4), 2);
+  }
+  EXPECT_LT(mean_error_mm(truth, take, 5, 0, 40), 0.5);
+}
+
+TEST(OfflineRepair, FillsManyMarkersHiddenAtOnce) {
+  const MarkerTake truth = synthetic_take();
+  MarkerTake take = truth;
+  for (std::size_t i = 0; i < 24; i += 2) test::hide(take, i, 250 + i, 60);
+  fill_offline(take.frames, take.set, {});
+  for (std::size_t i = 0; i < 24; i += 2) EXPECT_LT(mean_error_mm(truth, take, i, 250 + i, 60), 0.5);
+}
+
+TEST(OfflineRepair, SameTakeTwiceGivesTheSameBits) {
+  MarkerTake once = synthetic_take();
+  hide(once, 3, 100, 50);
+  MarkerTake again = once;
+  fill_offline(once.frames, once.set, {});
+  fill_offline(again.frames, again.set, {});
+  for (std::size_t f = 0; f < once.frames.size(); ++f) EXPECT_TRUE(test::same_bits(once.frames[f], again.frames[f]));
+}
+
+TEST(OfflineRepair, LeavesATakeWithoutAHead) {
+  MarkerTake take = synthetic_take({.markers = 2, .frames = 60});
+  hide(take, 1, 20, 5);
+  fill_offline(take.frames, take.set, {});
+  EXPECT_EQ(take.frames[22].state[1], MarkerState::kMissing);
+}
+
 TEST(OfflineRepair, LeavesLongGapsAndMarkersNeverSeen) {
   MarkerTake take = synthetic_take();
   hide(take, 3, 100, 200);
@@ -72,7 +109,7 @@ TEST(OfflineRepair, FillsWhatIsNotFiniteAndKeepsReasons) {
   take.frames[50].position_mm[2].x = std::numeric_limits<float>::quiet_NaN();
   take.frames[51].state[6] = MarkerState::kRejected;
   take.frames[51].reason[6] = RejectReason::kJump;
-  for (const OfflineFillMethod method : {OfflineFillMethod::kLinear, OfflineFillMethod::kLowRank}) {
+  for (const OfflineFillMethod method : {OfflineFillMethod::kLinear, OfflineFillMethod::kRegression}) {
     MarkerTake filled = take;
     fill_offline(filled.frames, take.set, {.method = method});
     EXPECT_EQ(filled.frames[50].state[2], MarkerState::kFilled);
@@ -103,17 +140,17 @@ TEST(OfflineRepair, RefusesATakeThatDoesNotFitItsSet) {
 TEST(OfflineRepair, BeatsLinearOnARealTake) {
   RISORIUS_NEEDS_DATA(path, "animface/jaw.csv");
   const MarkerTake truth = test::read_marker_csv(path, 60);
-  MarkerTake low_rank = truth;
-  for (std::size_t k = 0; k < 12; ++k) hide(low_rank, (7 * k) % 41, 350 + 100 * k, 30);
-  MarkerTake linear = low_rank;
-  fill_offline(low_rank.frames, truth.set, {});
+  MarkerTake regression = truth;
+  for (std::size_t k = 0; k < 12; ++k) hide(regression, (7 * k) % 41, 350 + 100 * k, 30);
+  MarkerTake linear = regression;
+  fill_offline(regression.frames, truth.set, {});
   fill_offline(linear.frames, truth.set, {.method = OfflineFillMethod::kLinear});
-  double of_low_rank = 0, of_linear = 0;
+  double of_regression = 0, of_linear = 0;
   for (std::size_t k = 0; k < 12; ++k) {
-    of_low_rank += mean_error_mm(truth, low_rank, (7 * k) % 41, 350 + 100 * k, 30);
+    of_regression += mean_error_mm(truth, regression, (7 * k) % 41, 350 + 100 * k, 30);
     of_linear += mean_error_mm(truth, linear, (7 * k) % 41, 350 + 100 * k, 30);
   }
-  EXPECT_LT(of_low_rank, of_linear);
+  EXPECT_LT(of_regression, of_linear);
 }
 
 }  // namespace

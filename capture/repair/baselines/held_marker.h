@@ -1,12 +1,8 @@
-// The plain ways to fill gaps, kept to be measured against: hold and damped velocity (causal, in the head's frame, one
-// marker at a time), and linear interpolation (offline, in world coordinates: the method of the seed 000 paper).
+// The plain causal ways to fill a gap, kept to be measured against: a marker stays where it was on the head, or goes on
+// as it went and comes to rest.
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
-#include <vector>
-
-#include "capture/frames.h"
 
 namespace risorius {
 
@@ -38,10 +34,5 @@ class HeldMarker {
   double gap_s_ = 0;
   bool seen_ = false;
 };
-
-/// Fills every gap between two measured samples on the straight line between them, in world coordinates; a marker that
-/// is missing at an end of the take, or for longer than `max_gap_ns`, stays as it is. Sets state and
-/// standard_deviation_mm (a random walk between the ends, with the take's own steps).
-void fill_linear(std::vector<MarkerFrame>& frames, std::int64_t max_gap_ns);
 
 }  // namespace risorius

@@ -1,0 +1,152 @@
+#include "capture/repair/take_regression.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace risorius {
+namespace {
+
+/// Features are smoothed by a Gaussian of this width, measured samples only: their noise would be taken for motion.
+constexpr double kSmoothingS = 0.03;
+constexpr std::size_t kWidestSmoothing = 40;  ///< frames to either side
+/// Samples that a gap is learnt from: evenly from the whole take, and to either side of it the next ones, then ever
+/// wider apart.
+constexpr std::size_t kFarSamples = 180;
+constexpr std::size_t kNextSamples = 10;
+constexpr std::size_t kNearSamples = 22;
+constexpr double kWidening = 1.25;
+constexpr double kNormalMedian = 0.6745;
+
+}  // namespace
+
+TakeRegression::TakeRegression(const HeadTake& take) : take_(take), seen_in_(take.markers) {
+  feature_mm_.setZero(static_cast<Eigen::Index>(3 * take.markers), static_cast<Eigen::Index>(take.frames));
+  for (std::size_t i = 0; i < take.markers; ++i) {
+    for (std::size_t f = 0; f < take.frames; ++f) {
+      if (take.measured[take.at(f, i)]) seen_in_[i].push_back(f);
+    }
+    if (seen_in_[i].empty()) continue;
+    smooth(i);
+    bridge(i);
+  }
+}
+
+void TakeRegression::smooth(std::size_t i) {
+  const auto row = static_cast<Eigen::Index>(3 * i);
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const std::size_t f : seen_in_[i]) mean += take_.position_mm[take_.at(f, i)];
+  mean /= static_cast<double>(seen_in_[i].size());
+  for (const std::size_t f : seen_in_[i]) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    double weight = 0;
+    const std::size_t first = f - std::min(f, kWidestSmoothing);
+    const std::size_t last = std::min(f + kWidestSmoothing, take_.frames - 1);
+    for (std::size_t g = first; g <= last; ++g) {
+      const double apart = (take_.time_s[g] - take_.time_s[f]) / kSmoothingS;
+      if (apart < -3 || !take_.measured[take_.at(g, i)]) continue;
+      if (apart > 3) break;
+      const double w = std::exp(-apart * apart / 2);
+      sum += w * take_.position_mm[take_.at(g, i)];
+      weight += w;
+    }
+    feature_mm_.block<3, 1>(row, static_cast<Eigen::Index>(f)) = sum / weight - mean;
+  }
+}
+
+/// Straight where it is hidden: a first word, for the samples of others.
+void TakeRegression::bridge(std::size_t i) {
+  auto way = feature_mm_.middleRows<3>(static_cast<Eigen::Index>(3 * i));
+  const auto column = [](std::size_t f) { return static_cast<Eigen::Index>(f); };
+  const std::vector<std::size_t>& seen = seen_in_[i];
+  for (std::size_t f = 0; f < seen.front(); ++f) way.col(column(f)) = way.col(column(seen.front()));
+  for (std::size_t f = seen.back() + 1; f < take_.frames; ++f) way.col(column(f)) = way.col(column(seen.back()));
+  for (std::size_t k = 1; k < seen.size(); ++k) {
+    const std::size_t from = seen[k - 1], to = seen[k];
+    for (std::size_t f = from + 1; f < to; ++f) {
+      const double share = static_cast<double>(f - from) / static_cast<double>(to - from);
+      way.col(column(f)) = (1 - share) * way.col(column(from)) + share * way.col(column(to));
+    }
+  }
+}
+
+/// From second differences, whose median the motion hardly touches.
+double TakeRegression::noise_mm(std::size_t i) const {
+  std::vector<double> bends;
+  for (std::size_t f = 2; f < take_.frames; ++f) {
+    if (!take_.measured[take_.at(f - 2, i)] || !take_.measured[take_.at(f - 1, i)] || !take_.measured[take_.at(f, i)]) {
+      continue;
+    }
+    const Eigen::Vector3d bend = take_.position_mm[take_.at(f, i)] - 2 * take_.position_mm[take_.at(f - 1, i)] +
+                                 take_.position_mm[take_.at(f - 2, i)];
+    for (int axis = 0; axis < 3; ++axis) bends.push_back(std::abs(bend[axis]));
+  }
+  if (bends.empty()) return 0;
+  const auto middle = bends.begin() + static_cast<std::ptrdiff_t>(bends.size() / 2);
+  std::nth_element(bends.begin(), middle, bends.end());
+  return *middle / (kNormalMedian * std::sqrt(6.0));
+}
+
+/// A marker counts as far as it is seen in the gap: what stands there instead is only a guess.
+Eigen::VectorXd TakeRegression::weights(std::size_t i, std::size_t begin, std::size_t end) const {
+  Eigen::VectorXd weights = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(take_.markers));
+  for (std::size_t j = 0; j < take_.markers; ++j) {
+    if (j == i) continue;
+    double seen = 0;
+    for (std::size_t f = begin; f < end; ++f) seen += take_.measured[take_.at(f, j)];
+    seen /= static_cast<double>(end - begin);
+    weights[static_cast<Eigen::Index>(j)] = seen * seen * seen * seen;
+  }
+  return weights;
+}
+
+std::vector<std::size_t> TakeRegression::samples(std::size_t i, std::size_t begin, std::size_t end) const {
+  const std::vector<std::size_t>& seen = seen_in_[i];
+  std::vector<std::size_t> chosen;
+  for (std::size_t k = 0; k < std::min(kFarSamples, seen.size()); ++k) {
+    chosen.push_back(seen[k * seen.size() / std::min(kFarSamples, seen.size())]);
+  }
+  const auto after = static_cast<std::size_t>(std::lower_bound(seen.begin(), seen.end(), end) - seen.begin());
+  const auto before = static_cast<std::size_t>(std::lower_bound(seen.begin(), seen.end(), begin) - seen.begin());
+  double step = 0;
+  for (std::size_t k = 0; k < kNearSamples; ++k) {
+    step = k < kNextSamples ? static_cast<double>(k) : kWidening * step;
+    const auto away = static_cast<std::size_t>(step);
+    if (after + away < seen.size()) chosen.push_back(seen[after + away]);
+    if (away < before) chosen.push_back(seen[before - 1 - away]);
+  }
+  std::ranges::sort(chosen);
+  chosen.erase(std::unique(chosen.begin(), chosen.end()), chosen.end());
+  return chosen;
+}
+
+Eigen::MatrixXd TakeRegression::features(const std::vector<std::size_t>& frames, const Eigen::VectorXd& weights) const {
+  Eigen::MatrixXd chosen(feature_mm_.rows(), static_cast<Eigen::Index>(frames.size()));
+  Eigen::VectorXd by_axis(feature_mm_.rows());
+  for (Eigen::Index j = 0; j < weights.size(); ++j) by_axis.segment<3>(3 * j).setConstant(weights[j]);
+  for (std::size_t k = 0; k < frames.size(); ++k) {
+    chosen.col(static_cast<Eigen::Index>(k)) =
+        by_axis.cwiseProduct(feature_mm_.col(static_cast<Eigen::Index>(frames[k])));
+  }
+  return chosen;
+}
+
+Eigen::VectorXd TakeRegression::times(const std::vector<std::size_t>& frames) const {
+  Eigen::VectorXd times(static_cast<Eigen::Index>(frames.size()));
+  for (std::size_t k = 0; k < frames.size(); ++k) times[static_cast<Eigen::Index>(k)] = take_.time_s[frames[k]];
+  return times;
+}
+
+GapRegression::Fill TakeRegression::fill(std::size_t i, std::size_t begin, std::size_t end) const {
+  const Eigen::VectorXd weight = weights(i, begin, end);
+  const std::vector<std::size_t> known = samples(i, begin, end);
+  Eigen::Matrix3Xd position_mm(3, static_cast<Eigen::Index>(known.size()));
+  for (std::size_t k = 0; k < known.size(); ++k) {
+    position_mm.col(static_cast<Eigen::Index>(k)) = take_.position_mm[take_.at(known[k], i)];
+  }
+  const GapRegression regression(features(known, weight), times(known), position_mm, noise_mm(i));
+  std::vector<std::size_t> hidden;
+  for (std::size_t f = begin; f < end; ++f) hidden.push_back(f);
+  return regression.fill(features(hidden, weight), times(hidden));
+}
+
+}  // namespace risorius

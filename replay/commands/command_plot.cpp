@@ -1,0 +1,43 @@
+// risorius plot repair: tracks before and after repair, as a picture.
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <memory>
+
+#include "capture/errors.h"
+#include "replay/commands/clean_arguments.h"
+#include "replay/commands/commands.h"
+#include "replay/commands/output_check.h"
+#include "replay/picture/repair_picture.h"
+
+namespace risorius {
+namespace {
+
+struct PlotCommand {
+  CleanArguments clean;
+  std::vector<std::string> markers;
+  std::string output;
+};
+
+void plot_repair(PlotCommand& command) {
+  check_outputs({path_of_take(command.clean.take)}, {command.output});
+  MarkerSet set;
+  const CleanedTake cleaned = command.clean.run(set);
+  if (cleaned.after.empty()) throw UserError(command.clean.take, "has no frames", "choose another stretch");
+  repair_picture(cleaned.before, cleaned.after, set, command.markers).save_png(command.output);
+  fmt::print("written: {}\n", command.output);
+}
+
+}  // namespace
+
+void add_plot_command(CLI::App& app) {
+  CLI::App* plot = app.add_subcommand("plot", "pictures of takes");
+  plot->require_subcommand(1);
+  CLI::App* repair = plot->add_subcommand("repair", "tracks of markers before and after repair, with 90 % bands");
+  auto arguments = std::make_shared<PlotCommand>();
+  arguments->clean.add_to(*repair);
+  repair->add_option("--marker", arguments->markers, "names of markers, one row of the picture each")->required();
+  repair->add_option("-o,--output", arguments->output, "picture to write (.png)")->required();
+  repair->callback([arguments] { plot_repair(*arguments); });
+}
+
+}  // namespace risorius
