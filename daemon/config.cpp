@@ -122,9 +122,10 @@ void check_source(const SourceConfig& source, const std::string& place, ConfigPr
     problems.add(place + ".zmq_pattern", "\"" + source.zmq_pattern + "\" is neither \"pull\" nor \"sub\"",
                  "give one of them");
   }
-  if (!source.curve_key.empty() && !source.listen.starts_with("zmq+")) {
-    problems.add(place + ".curve_key", source.listen + " cannot be encrypted",
-                 "only zmq+tcp:// can: leave curve_key out, or let the sender use zmq+tcp://");
+  if (!(source.curve_key.empty() && source.curve_clients.empty()) && !source.listen.starts_with("zmq+")) {
+    problems.add(place + (source.curve_key.empty() ? ".curve_clients" : ".curve_key"),
+                 source.listen + " cannot be encrypted",
+                 "only zmq+tcp:// can: leave it out, or let the sender use zmq+tcp://");
   }
   check_natnet(source, place, problems);
   if (source.qtm_frames != "tcp" && source.qtm_frames != "udp") {

@@ -52,9 +52,9 @@ constexpr auto kStreamCounters = std::to_array<CounterRow>({
     {"reorder", kLedger, "frames", "of the window that puts them in order", ""},
     {"reorder.duplicates", kCount, "frames", "that came twice; a part of its dropped", "a network with two ways"},
     {"reorder.late", kLoss, "frames", "that came after their place was given up; a part of its dropped",
-     "raise `[reorder] timeout_ms`"},
+     "raise `[reorder] timeout_s`"},
     {"reorder.restarts", kCount, "", "how often the sequence began anew", "the sender restarts"},
-    {"admission", kLedger, "frames", "into the pipeline's queue; dropped: it was full",
+    {"admission", kLossLedger, "frames", "into the pipeline's queue; dropped: it was full",
      "dropped: the machine is overloaded; `[queues] admission`"},
     {"admission.control_lost", kLoss, "items", "marker sets and ends of streams that found the queue full; must be 0",
      "the machine is overloaded"},
@@ -134,6 +134,8 @@ std::string_view word_of(CounterKind kind) {
       return "text";
     case kLedger:
       return "ledger";
+    case kLossLedger:
+      return "ledger, dropped is **loss**";
     case kGauge:
       return "gauge";
     case kCount:

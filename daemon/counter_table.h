@@ -10,12 +10,13 @@ namespace risorius {
 
 enum class CounterKind : unsigned char {
   kText,
-  kLedger,   ///< received, emitted, dropped, refused, held
-  kGauge,    ///< a present value
-  kCount,    ///< grows
-  kLoss,     ///< grows, and each one is something that is gone
-  kLatency,  ///< p50, p99 and max of a histogram
-  kReasons,  ///< a map of reason to count
+  kLedger,      ///< received, emitted, dropped, refused, held
+  kLossLedger,  ///< the same; what it dropped is gone
+  kGauge,       ///< a present value
+  kCount,       ///< grows
+  kLoss,        ///< grows, and each one is something that is gone
+  kLatency,     ///< p50, p99 and max of a histogram
+  kReasons,     ///< a map of reason to count
 };
 
 struct CounterRow {

@@ -43,10 +43,25 @@ std::string_view advice_on_status(std::string_view status) {
   return {};
 }
 
+/// Datagrams that are of no use, by reason: a whole source may be refused so.
+void add_refusals(const std::string& where, const nlohmann::json& stream, std::map<std::string, std::uint64_t>& told,
+                  std::vector<std::string>& lines) {
+  const nlohmann::json::json_pointer errors("/datagrams/errors");
+  if (!stream.contains(errors)) return;
+  for (const auto& [reason, count_json] : stream.at(errors).items()) {
+    const auto count = count_json.get<std::uint64_t>();
+    std::uint64_t& before = told[where + "/refused/" + reason];
+    if (count < 2 * before || count == 0) continue;
+    before = count;
+    lines.push_back(fmt::format("{}: {} datagrams refused: {}: see datagrams.errors of risoriusd --print-counters",
+                                where, count, reason));
+  }
+}
+
 /// What somebody should act on: losses, and peers that were turned away.
 bool is_worth_telling(const CounterRow& row) {
-  return row.kind == CounterKind::kLoss || row.name.ends_with("refused_connections") ||
-         row.name == "connections.refused";
+  return row.kind == CounterKind::kLoss || row.kind == CounterKind::kLossLedger ||
+         row.name.ends_with("refused_connections") || row.name == "connections.refused";
 }
 
 void add_losses(const std::string& where, const nlohmann::json& json, std::span<const CounterRow> rows,
@@ -98,12 +113,20 @@ void Notices::update_stream(const std::string& name, const nlohmann::json& strea
                                        : fmt::format("{}: frames without AUs: {}: {}", name, status, advice));
     }
   }
+  if (const auto captures = stream.value("neutral_captures", std::uint64_t{0});
+      std::exchange(before.neutral_captures, captures) != captures) {
+    lines.push_back(fmt::format("{}: neutral taken", name));
+  }
+  add_refusals(name, stream, told_, lines);
   add_losses(name, stream, stream_counters(), told_, lines);
 }
 
 std::vector<std::string> Notices::update(const nlohmann::json& status) {
   std::vector<std::string> lines;
   for (const auto& [name, stream] : status.at("streams").items()) update_stream(name, stream, lines);
+  const nlohmann::json::json_pointer record("/record/problem");
+  const auto problem = status.contains(record) ? status.at(record).get<std::string>() : std::string();
+  if (std::exchange(record_problem_, problem) != problem && !problem.empty()) lines.push_back("recording: " + problem);
   add_losses("service", status, service_counters(), told_, lines);
   return lines;
 }

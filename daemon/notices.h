@@ -1,5 +1,6 @@
 // What somebody at the daemon's terminal should hear of while it runs: a source that comes, falls silent or is lost,
-// frames without AUs and why, and losses. Each thing once, a growing loss again when it has doubled.
+// frames without AUs and why, neutrals, refused datagrams and losses. Each thing once, a growing loss again when it has
+// doubled.
 #pragma once
 
 #include <cstdint>
@@ -19,6 +20,7 @@ class Notices {
   struct Stream {
     std::string state, rig_problem, unsolved;
     std::map<std::string, std::uint64_t> by_status;
+    std::uint64_t neutral_captures = 0;
   };
 
   void update_stream(const std::string& name, const nlohmann::json& stream, std::vector<std::string>& lines);
@@ -26,6 +28,7 @@ class Notices {
   static std::string commonest_status(const nlohmann::json& stream, Stream& before);
 
   std::map<std::string, Stream> streams_;
+  std::string record_problem_;
   std::map<std::string, std::uint64_t> told_;  ///< losses, by where and name
 };
 

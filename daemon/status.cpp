@@ -138,7 +138,8 @@ std::optional<std::uint64_t> count_of(const nlohmann::json& json, const CounterR
   std::replace(path.begin(), path.end(), '.', '/');
   const auto pointer = nlohmann::json::json_pointer(path);
   if (!json.contains(pointer)) return std::nullopt;
-  return json.at(pointer).get<std::uint64_t>();
+  const nlohmann::json& value = json.at(pointer);
+  return (row.kind == CounterKind::kLossLedger ? value.at("dropped") : value).get<std::uint64_t>();
 }
 
 namespace {
@@ -147,7 +148,7 @@ namespace {
 std::string losses_of(const nlohmann::json& json, std::span<const CounterRow> rows) {
   std::string text;
   for (const CounterRow& row : rows) {
-    if (row.kind != CounterKind::kLoss) continue;
+    if (row.kind != CounterKind::kLoss && row.kind != CounterKind::kLossLedger) continue;
     const std::uint64_t count = count_of(json, row).value_or(0);
     if (count > 0) text += fmt::format("{}{} {} ({})", text.empty() ? "" : ", ", count, row.unit, row.name);
   }
@@ -184,7 +185,7 @@ std::string summary_of(const nlohmann::json& status) {
                         latency.at("max").get<double>() * 1e-3);
     std::string unsolved;
     for (const auto& [status_word, count] : s.at("solver").items()) {
-      if (status_word != "converged" && count.get<std::uint64_t>() > 0)
+      if (status_word != "converged" && status_word != "mapped" && count.get<std::uint64_t>() > 0)
         unsolved += fmt::format("{}{} {}", unsolved.empty() ? "" : ", ", count.dump(), status_word);
     }
     if (!unsolved.empty()) text += fmt::format("  unsolved   {} (risoriusd --print-counters: solver)\n", unsolved);

@@ -20,7 +20,7 @@ nlohmann::json status_of_stream(const StreamInput& input, const PipelineStream& 
 nlohmann::json status_of_recorder(const Recorder& recorder, const Channel<OutputItem>& channel,
                                   const std::string& folder);
 
-/// What a row's path holds; nothing if the status has no such path.
+/// What a row's path holds, of a ledger what it dropped; nothing if the status has no such path.
 std::optional<std::uint64_t> count_of(const nlohmann::json& json, const CounterRow& row);
 
 template <class T>

@@ -31,9 +31,9 @@ void watch(const std::string& endpoint, double seconds, const CurveArguments& cu
     table.redraw();
   }
   if (const auto refusal = subscriber.refusal(); !refusal.empty()) throw UserError(endpoint, refusal, kCurveRemedy);
-  if (table.view().au_messages() == 0) {
+  if (table.view().status().is_null()) {
     throw UserError(endpoint, "nothing was published there",
-                    "start risoriusd and a source, or give its [output] publish address with --connect");
+                    "start risoriusd, or give its [output] publish address with --connect");
   }
 }
 

@@ -7,6 +7,7 @@ namespace risorius {
 namespace {
 
 constexpr std::size_t kStrongestAus = 5;
+constexpr int kLooksBeforeSilence = 10;
 
 /// "AU12L ####....  0.48" for the strongest AUs, side by side.
 std::string strongest_aus(const std::map<std::string, double>& aus) {
@@ -31,6 +32,10 @@ std::uint64_t number_at(const nlohmann::json& json, const char* path) {
 void LiveView::update(const std::string& topic, const nlohmann::json& message) {
   if (topic == "status") {
     status_ = message;
+    // Those too of which nothing has come yet.
+    if (message.contains("streams")) {
+      for (const auto& [name, stream] : message.at("streams").items()) streams_[name];
+    }
     return;
   }
   Stream& stream = streams_[message.at("stream").get<std::string>()];
@@ -57,6 +62,8 @@ std::vector<std::string> LiveView::lines(std::int64_t now_ns) {
       stream.rate_hz = static_cast<double>(stream.frames - stream.frames_at_last_look) * 1e9 /
                        static_cast<double>(now_ns - stream.last_look_ns);
     }
+    stream.looks_without_frames = stream.frames == stream.frames_at_last_look ? stream.looks_without_frames + 1 : 0;
+    const bool silent = stream.frames == 0 || stream.looks_without_frames >= kLooksBeforeSilence;
     stream.last_look_ns = now_ns;
     stream.frames_at_last_look = stream.frames;
     const std::string base = "/streams/" + name;
@@ -64,15 +71,19 @@ std::vector<std::string> LiveView::lines(std::int64_t now_ns) {
     const std::uint64_t dropped = number_at(status_, (base + "/admission/dropped").c_str());
     const double filled =
         stream.samples > 0 ? 100 * static_cast<double>(stream.filled) / static_cast<double>(stream.samples) : 0;
-    lines.push_back(fmt::format("{:<12} {:7.1f} Hz | latency {:6.2f} ms | lost {} dropped {} | filled {:.2f} % | {}",
-                                name, stream.rate_hz, static_cast<double>(stream.latest_latency_ns) * 1e-6, lost,
-                                dropped, filled, stream.status));
     const auto pointer = nlohmann::json::json_pointer(base);
     const auto problem = status_.contains(pointer) ? status_.at(pointer).value("rig_problem", "") : std::string();
     const auto state = status_.contains(pointer) ? status_.at(pointer).value("state", "") : std::string();
-    if (state == "stale") lines.back() += " | stale: nothing comes";
-    lines.push_back(
-        "  " + (stream.au.empty() ? "no AUs" + (problem.empty() ? "" : ": " + problem) : strongest_aus(stream.au)));
+    lines.push_back(fmt::format("{:<12} {:7.1f} Hz | latency {:6.2f} ms | lost {} dropped {} | filled {:.2f} % | {}",
+                                name, stream.rate_hz, static_cast<double>(stream.latest_latency_ns) * 1e-6, lost,
+                                dropped, filled, silent ? state : stream.status));
+    // What came last is not what the face does now.
+    if (silent) {
+      lines.emplace_back("  nothing comes");
+    } else {
+      lines.push_back(
+          "  " + (stream.au.empty() ? "no AUs" + (problem.empty() ? "" : ": " + problem) : strongest_aus(stream.au)));
+    }
   }
   return lines;
 }

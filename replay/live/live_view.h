@@ -29,6 +29,7 @@ class LiveView {
     std::int64_t last_look_ns = 0;
     double rate_hz = 0;
     std::int64_t latest_latency_ns = 0;
+    int looks_without_frames = 0;
     std::map<std::string, double> au;
     std::string status;
   };

@@ -46,6 +46,22 @@ TEST(Notices, AProblemOfTheRigIsTold) {
   EXPECT_TRUE(notices.update(status).empty());
 }
 
+TEST(Notices, ARefusedSourceAFullQueueAndADiskThatFailsAreTold) {
+  Notices notices;
+  auto status = status_of("waiting", {});
+  EXPECT_EQ(notices.update(status).size(), 1u);
+  auto& face = status["streams"]["face"];
+  face["datagrams"]["errors"]["no_labels"] = 600;
+  EXPECT_NE(only_line(notices.update(status)).find("600 datagrams refused: no_labels"), std::string::npos);
+  face["admission"]["dropped"] = 7;
+  EXPECT_NE(only_line(notices.update(status)).find("face: admission 7 frames"), std::string::npos);
+  status["record"]["problem"] = "session/take: No space left on device";
+  EXPECT_EQ(only_line(notices.update(status)), "recording: session/take: No space left on device");
+  face["neutral_captures"] = 1;
+  EXPECT_EQ(only_line(notices.update(status)), "face: neutral taken");
+  EXPECT_TRUE(notices.update(status).empty());
+}
+
 TEST(Notices, ALossIsToldAgainOnlyWhenItHasDoubled) {
   Notices notices;
   auto status = status_of("listening", {});

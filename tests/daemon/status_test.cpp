@@ -35,7 +35,7 @@ void add_paths(const nlohmann::json& json, const std::string& prefix, std::span<
     if (row != rows.end()) {
       paths.insert(path);
       if (row->kind == CounterKind::kReasons) continue;
-      const std::vector<const char*> own = row->kind == CounterKind::kLedger
+      const std::vector<const char*> own = (row->kind == CounterKind::kLedger || row->kind == CounterKind::kLossLedger)
                                                ? std::vector{"received", "emitted", "dropped", "refused", "held"}
                                                : std::vector{"p50", "p99", "max"};
       for (const char* name : own) {
