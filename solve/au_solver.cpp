@@ -198,7 +198,8 @@ bool AuSolver::begin_penalties(std::int64_t capture_time_ns) noexcept {
 }
 
 void AuSolver::publish(const QpResult& qp, AuFrame& out) noexcept {
-  const double median_mm = fit_.median_residual_mm(markers_);
+  // Filled markers lie where the last faces were: they must not vouch for this one.
+  const double median_mm = fit_.median_measured_residual_mm(markers_);
   const bool mirrored = median_mm > kSuspiciousMedianMm && mirror_check_.looks_mirrored(rig_, markers_);
   const bool fits = median_mm <= options_.largest_median_mm && !mirrored;
   const bool converged = fits && qp.status == QpStatus::kConverged;

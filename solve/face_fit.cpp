@@ -170,6 +170,14 @@ RigidAlignment FaceFit::align(const Rig& rig, const RigMarkers& markers) noexcep
   return align_rigid(head_mm_, world_mm_, pose_weight_);
 }
 
+double FaceFit::median_measured_residual_mm(const RigMarkers& markers) noexcept {
+  std::size_t used = 0;
+  for (std::size_t m = 0; m < residual_mm_.size(); ++m) {
+    if (markers.is_measured(m)) scratch_[used++] = residual_mm_[m];
+  }
+  return used > 0 ? lower_median(std::span(scratch_).first(used)) : median_residual_mm(markers);
+}
+
 double FaceFit::median_residual_mm(const RigMarkers& markers) noexcept {
   std::size_t used = 0;
   for (std::size_t m = 0; m < residual_mm_.size(); ++m) {

@@ -53,6 +53,8 @@ class FaceFit {
   /// Distance of each marker from the fitted face; M.
   std::span<const double> residual_mm() const noexcept { return residual_mm_; }
   double median_residual_mm(const RigMarkers& markers) noexcept;
+  /// Of the measured ones alone; of all if there are none.
+  double median_measured_residual_mm(const RigMarkers& markers) noexcept;
   /// By which fits in different poses are compared: residuals are cut off where markers are given up.
   double truncated_mean_square_mm2(const RigMarkers& markers) const noexcept;
   /// Per axis, over what the fit left free; at least the noise option, since few markers can be explained by chance.
