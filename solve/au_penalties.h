@@ -21,6 +21,8 @@ class AuPenalties {
   /// Of the frame to come: `follows[i]` says whether AU i is drawn to `previous` (K), `step_s` since then; 0: none is,
   /// and no AU moves. Frames come in order, for the speeds. True if the quadratic part is another than before.
   bool begin_frame(std::span<const char> follows, const Eigen::VectorXd& previous, double step_s) noexcept;
+  /// Intensities of the last frame.
+  const Eigen::VectorXd& previous() const noexcept { return previous_; }
   /// The variance of the residuals, mm^2 per axis, which scales L1.
   void expect_residuals(double variance_mm2) noexcept { l1_mm2_ = options_.l1 * variance_mm2; }
 

@@ -21,6 +21,9 @@ constexpr double kAcceptedGrowth = 1.5;
 /// Over which the residuals' variance is averaged, and the most that it is believed to be.
 constexpr double kResidualMemory_s = 1, kMostNoiseMm = 2;
 
+/// A marker whose robust weight is less says nothing: it lies more than three thresholds off.
+constexpr double kGivenUp = 0.01;
+
 /// Of a worse median residual than this the cause is looked for.
 constexpr double kSuspiciousMedianMm = 4;
 Rig checked(Rig rig) {
@@ -117,6 +120,10 @@ void AuSolver::solve(const MarkerFrame& frame, AuFrame& out) noexcept {
     publish_intensities(options_.noise_mm, false, out);
     return;
   }
+  if (gives_up_aus()) {
+    fit_.begin_frame(markers_, upper_, fixed_, false);
+    fit();
+  }
   if (fresh_) {  // what this face leaves unexplained is not known before it was fitted once
     learn_residuals(0);
     fit();
@@ -187,6 +194,28 @@ void AuSolver::decide_observed() noexcept {
     upper_[k] = observed_[i] ? rig_.aus[i].upper_bound : 0;
     fixed_[k] = observed_[i] ? 0 : fit_.x()[k];
   }
+}
+
+/// An AU that is seen only by markers which the fit has given up is not seen: it is taken back, and true returned. All
+/// others keep what decide_observed said.
+bool AuSolver::gives_up_aus() noexcept {
+  bool gives_up_markers = false, gives_up = false;
+  for (Eigen::Index m = 0; m < measured_weight_.size(); ++m) {
+    if (!(measured_weight_[m] > 0) || fit_.weight()[m] >= kGivenUp * measured_weight_[m]) continue;
+    measured_weight_[m] = 0;
+    gives_up_markers = true;
+  }
+  if (!gives_up_markers) return false;
+  fit_.basis().visible_share(measured_weight_, share_);
+  for (std::size_t i = 0; i < observed_.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    if (!observed_[i] || share_[k] >= options_.min_visible_share) continue;
+    observed_[i] = 0;
+    upper_[k] = 0;
+    fixed_[k] = fit_.penalties().previous()[k];
+    gives_up = true;
+  }
+  return gives_up;
 }
 
 /// True if the penalties' Hessian is another than in the last frame.

@@ -63,6 +63,7 @@ class AuSolver {
   bool anything_measured() const noexcept;
   bool refine_pose() noexcept;
   void decide_observed() noexcept;
+  bool gives_up_aus() noexcept;
   bool begin_penalties(std::int64_t capture_time_ns) noexcept;
   void fit() noexcept { fit_.fit(rig_, markers_, world_from_head_); }
   void learn_residuals(double step_s) noexcept;

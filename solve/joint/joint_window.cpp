@@ -9,8 +9,9 @@
 namespace risorius {
 namespace {
 
-constexpr double kTolerance = 1e-10;  // of x and D^-1 g
-constexpr int kPatience = 6;          // exchanges that may fail to lower the number of violators
+constexpr double kTolerance = 1e-10;        // of x and D^-1 g
+constexpr int kPatience = 4;                // exchanges that may fail to lower the number of violators
+constexpr Eigen::Index kNeighbourhood = 6;  // frames to either side
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
@@ -124,13 +125,13 @@ void JointWindow::solve(const JointState& state, int rounds) {
   int fewest = static_cast<int>(local_.place.size()) + 1, patience = kPatience;
   for (int round = 0; round < rounds; ++round) {
     minimise_on_free_set(state);
-    const int violators = exchange_violators(state);
+    const int violators = exchange_violators(state, patience > 0 ? Exchange::kAll : Exchange::kWorst);
     if (violators == 0) break;
     if (violators < fewest) {
       fewest = violators;
       patience = kPatience;
-    } else if (patience-- == 0) {
-      break;
+    } else {
+      --patience;
     }
   }
   // Where the exchange did not settle, the certificate will say by how much.
@@ -232,24 +233,39 @@ void JointWindow::gradient(const JointState& state, bool own, Eigen::Index f, Ei
   }
 }
 
-/// Moves each intensity that offends to where it strives; returns how many there were.
-int JointWindow::exchange_violators(const JointState& state) {
+/// Moves intensities that offend to where they strive: all, or, where that goes in circles, of each neighbourhood in
+/// time only the worst. Returns how many offend.
+int JointWindow::exchange_violators(const JointState& state, Exchange exchange) {
   const Eigen::Index k = upper_.size();
   int violators = 0;
+  std::vector<double> worst(static_cast<std::size_t>(count()), 0);
+  Eigen::MatrixXd offence(k, count());
   Eigen::VectorXd g, diagonal;
   for (Eigen::Index f = 0; f < count(); ++f) {
     gradient(state, true, f, g, diagonal);
     for (Eigen::Index i = 0; i < k; ++i) {
-      JointPlace& place = local_.place[static_cast<std::size_t>(f * k + i)];
+      const JointPlace place = local_.place[static_cast<std::size_t>(f * k + i)];
       const double x = local_.x(i, f), downhill = -g[i] / diagonal[i];
-      JointPlace wanted = place;
-      if (place == JointPlace::kFree) {
-        wanted = x < -kTolerance ? JointPlace::kLower : x > upper_[i] + kTolerance ? JointPlace::kUpper : place;
-      } else if (place == JointPlace::kLower ? downhill > kTolerance : downhill < -kTolerance) {
-        wanted = JointPlace::kFree;
-      }
-      violators += wanted != place;
-      place = wanted;
+      const double by = place == JointPlace::kFree    ? std::max(-x, x - upper_[i])
+                        : place == JointPlace::kLower ? downhill
+                                                      : -downhill;
+      offence(i, f) = by > kTolerance ? by : 0;
+      violators += by > kTolerance;
+    }
+    worst[static_cast<std::size_t>(f)] = offence.col(f).maxCoeff();
+  }
+  for (Eigen::Index f = 0; f < count(); ++f) {
+    double limit = 0;
+    if (exchange == Exchange::kWorst) {
+      const auto begin = worst.begin() + std::max<Eigen::Index>(0, f - kNeighbourhood);
+      limit = *std::max_element(begin, worst.begin() + std::min(count(), f + kNeighbourhood + 1));
+    }
+    for (Eigen::Index i = 0; i < k; ++i) {
+      if (!(offence(i, f) > 0) || offence(i, f) < limit) continue;
+      JointPlace& place = local_.place[static_cast<std::size_t>(f * k + i)];
+      place = place != JointPlace::kFree ? JointPlace::kFree
+              : local_.x(i, f) < 0       ? JointPlace::kLower
+                                         : JointPlace::kUpper;
     }
   }
   return violators;

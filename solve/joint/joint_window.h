@@ -44,7 +44,8 @@ class JointWindow {
 
  private:
   void minimise_on_free_set(const JointState& state);
-  int exchange_violators(const JointState& state);
+  enum class Exchange { kAll, kWorst };
+  int exchange_violators(const JointState& state, Exchange exchange);
   Eigen::VectorXd value(const JointState& state, Eigen::Index frame) const;
   void gradient(const JointState& state, bool own, Eigen::Index f, Eigen::VectorXd& g, Eigen::VectorXd& diagonal) const;
 

@@ -21,7 +21,7 @@ constexpr Eigen::Index kLeastOverlap = 24, kWindowOverlaps = 4;  // frames; a wi
 constexpr double kNominalRate_hz = 60;
 /// Frames whose distance strays so far from the usual one are no neighbours: something was lost between them.
 constexpr double kEvenStep = 1.5;
-constexpr int kFirstRounds = 12, kLaterRounds = 30, kMostSweeps = 30;
+constexpr int kFirstRounds = 12, kLaterRounds = 60, kMostSweeps = 30;
 constexpr double kCertified = 1e-7;
 /// Shares of the whole work, for the progress line: the causal solve, the first sweep, all others.
 constexpr double kCausalShare = 0.1, kFirstSweepShare = 0.5;

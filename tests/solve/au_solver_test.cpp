@@ -211,6 +211,21 @@ TEST(AuSolver, AMarkerDisplacedBy20MmDoesNotBendTheFace) {
   }
 }
 
+TEST(AuSolver, DoesNotObserveAnAuBehindAMarkerThatItGivesUp) {
+  constexpr int kMarker = 30, kAu = 3;
+  Rig rig = synthetic_rig(kMarkers, kAus);
+  rig.aus[kAu].displacement_mm.setZero();
+  rig.aus[kAu].displacement_mm.col(kMarker) << 0, 5, 0;
+  Bench bench({}, rig);
+  EXPECT_EQ(bench.solve(noisy_frame(rig, 0)).state[kAu], AuState::kObserved);
+  MarkerFrame displaced = noisy_frame(rig, 1);
+  displaced.position_mm[kMarker].x += 20;
+  const AuFrame out = bench.solve(displaced);
+  EXPECT_EQ(out.state[kAu], AuState::kHeld);
+  EXPECT_EQ(out.status, SolverStatus::kConverged);
+  EXPECT_EQ(bench.solve(noisy_frame(rig, 2)).state[kAu], AuState::kObserved);
+}
+
 TEST(AuSolver, MissingMarkersLeaveTheOthersExact) {
   Bench bench({.ridge = 1e-9, .temporal = 0, .l1 = 0});
   for (int f = 0; f < 40; ++f) {
