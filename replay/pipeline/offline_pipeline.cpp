@@ -12,6 +12,8 @@ void refuse_unfit_rig(const TakeReader& take, const FramePipeline& pipeline) {
   if (!pipeline.rig_problem().empty()) throw UserError(take.info().path.string() + ": " + pipeline.rig_problem());
 }
 
+}  // namespace
+
 std::vector<MarkerFrame> read_despiked(TakeReader& take, const DespikerOptions& options) {
   Despiker despiker(options);
   despiker.use_marker_set(take.info().markers);
@@ -25,8 +27,6 @@ std::vector<MarkerFrame> read_despiked(TakeReader& take, const DespikerOptions& 
   while (despiker.pop(cleaned)) frames.push_back(cleaned);
   return frames;
 }
-
-}  // namespace
 
 void solve_causally(TakeReader& take, FramePipeline& pipeline, const SolvedFrameSink& sink,
                     const FrameProgress& progress) {
