@@ -49,6 +49,7 @@ void add_rig_command(CLI::App& app) {
   command->callback([arguments] { fit(*arguments); });
   add_rig_calibrate_command(*rig);
   add_rig_refine_command(*rig);
+  add_rig_check_command(*rig);
   add_rig_show_command(*rig);
 }
 

@@ -19,8 +19,8 @@ RigidTransform transform_of(const Pose& pose) {
 
 }  // namespace
 
-void explain_take(const Rig& rig, const TakeFrames& take, const AuSolverOptions& options,
-                  const std::function<void(const ExplainedFrame&)>& sink) {
+StatusTally explain_take(const Rig& rig, const TakeFrames& take, const AuSolverOptions& options,
+                         const std::function<void(const ExplainedFrame&)>& sink) {
   AuSolver solver(rig, options);
   try {
     solver.use_marker_set(take.markers);
@@ -35,6 +35,7 @@ void explain_take(const Rig& rig, const TakeFrames& take, const AuSolverOptions&
   out.observed.resize(rig.au_count());
   out.measured.resize(markers);
   out.weight.resize(markers);
+  StatusTally tally{};
   AuFrame solved;
   std::int64_t last_ns = 0;
   bool is_first = true;
@@ -45,6 +46,7 @@ void explain_take(const Rig& rig, const TakeFrames& take, const AuSolverOptions&
     out.share_of_time = is_first ? 0 : std::clamp(step_s, 0.0, kLongestStep_s);
     is_first = false;
     last_ns = frame.header.capture_time_ns;
+    ++tally[static_cast<std::size_t>(solved.status)];
     if (solved.status != SolverStatus::kConverged) continue;
     out.index = t;
     out.world_from_head = transform_of(solved.world_from_head);
@@ -70,6 +72,7 @@ void explain_take(const Rig& rig, const TakeFrames& take, const AuSolverOptions&
     }
     sink(out);
   }
+  return tally;
 }
 
 }  // namespace risorius

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <functional>
 #include <string>
 #include <vector>
@@ -35,9 +36,12 @@ struct ExplainedFrame {
   std::size_t index = 0;     ///< in the take
 };
 
+/// Frames by what became of them, entry by SolverStatus.
+using StatusTally = std::array<std::size_t, kSolverStatusCount>;
+
 /// Solves the frames in order and hands on those that have AUs. Throws UserError where the rig does not know the
 /// markers. `frames` of one marker set.
-void explain_take(const Rig& rig, const TakeFrames& take, const AuSolverOptions& options,
-                  const std::function<void(const ExplainedFrame&)>& sink);
+StatusTally explain_take(const Rig& rig, const TakeFrames& take, const AuSolverOptions& options,
+                         const std::function<void(const ExplainedFrame&)>& sink);
 
 }  // namespace risorius
