@@ -23,6 +23,7 @@
 #include "replay/dataset/dataset_folder.h"
 #include "replay/dataset/take_dataset.h"
 #include "replay/pipeline/offline_pipeline.h"
+#include "replay/pipeline/rig_neutral.h"
 #include "replay/pipeline/stage_config.h"
 #include "replay/progress_line.h"
 #include "replay/unfinished_paths.h"
@@ -32,7 +33,7 @@ namespace {
 
 struct DatasetArguments {
   std::vector<std::string> takes;
-  std::string rig, output, config, source;
+  std::string rig, neutral, output, config, source;
   bool causal = false, joint = false;
   std::string pseudonym, consent, licence;
   TakeArguments take;
@@ -234,8 +235,21 @@ struct RemoveIfEmpty {
   ~RemoveIfEmpty() { ::rmdir(folder.c_str()); }
 };
 
+/// The rig, with the session's own neutral where one is given.
+Rig rig_of(const DatasetArguments& arguments) {
+  Rig rig = rig_of_argument(arguments.rig);
+  if (arguments.neutral.empty()) return rig;
+  const NeutralPlace place = parse_neutral_place(arguments.neutral);
+  const auto take = open_take_or_builtin(place.range.path.string(), arguments.take.options());
+  const ChosenNeutral chosen = read_neutral(*take, place);
+  const RenewedRig renewed = with_neutral(rig, chosen.neutral, chosen.place);
+  fmt::print("neutral {}: markers are {:.2f} mm rms from the rig's, most {} by {:.2f} mm\n", chosen.place,
+             renewed.moved_rms_mm, renewed.moved_most_marker, renewed.moved_most_mm);
+  return renewed.rig;
+}
+
 void make_dataset(const DatasetArguments& arguments) {
-  const Rig rig = rig_of_argument(arguments.rig);
+  const Rig rig = rig_of(arguments);
   refuse_what_cannot_be_solved(arguments, rig);
   const StageConfig stages =
       arguments.config.empty() ? StageConfig{} : load_stage_config(arguments.config, arguments.source);
@@ -265,7 +279,9 @@ void add_dataset_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("dataset", "solve recorded takes into a FACS-coded dataset folder");
   auto arguments = std::make_shared<DatasetArguments>();
   command->add_option("takes", arguments->takes, kTakeNames)->required();
-  command->add_option("--rig", arguments->rig, "rig file, or \"builtin\"")->required();
+  command->add_option("--rig", arguments->rig, "rig file, actor folder, or \"builtin\"")->required();
+  command->add_option("--neutral", arguments->neutral,
+                      "TAKE:FROM-TO, TAKE or TAKE:auto: the neutral of this session, where markers were put on anew");
   command->add_option("-o,--output", arguments->output, "dataset folder to make")->required();
   auto* causal = command->add_flag("--causal", arguments->causal,
                                    "exactly what the live service computes; default: gaps filled from both sides");

@@ -48,6 +48,8 @@ void add_rig_command(CLI::App& app) {
   arguments->add_to(*command);
   command->callback([arguments] { fit(*arguments); });
   add_rig_calibrate_command(*rig);
+  add_rig_refine_command(*rig);
+  add_rig_check_command(*rig);
   add_rig_show_command(*rig);
 }
 

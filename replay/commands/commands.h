@@ -16,7 +16,12 @@ void add_serve_command(CLI::App& app);
 void add_rig_command(CLI::App& app);
 /// Part of `risorius rig`.
 void add_rig_calibrate_command(CLI::App& rig);
+void add_rig_refine_command(CLI::App& rig);
+void add_rig_check_command(CLI::App& rig);
 void add_rig_show_command(CLI::App& rig);
+void add_actor_command(CLI::App& app);
+void add_neutral_command(CLI::App& app);
+void add_report_command(CLI::App& app);
 void add_dataset_command(CLI::App& app);
 void add_watch_command(CLI::App& app);
 void add_control_command(CLI::App& app);

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "capture/version.h"
+#include "replay/commands/command_rom.h"
 #include "replay/commands/commands.h"
 #include "replay/commands/unknown_subcommand.h"
 #include "replay/unfinished_paths.h"
@@ -22,7 +23,11 @@ int main(int argc, char** argv) {
   risorius::add_replay_command(app);
   risorius::add_serve_command(app);
   risorius::add_rig_command(app);
+  risorius::add_actor_command(app);
+  risorius::add_neutral_command(app);
+  risorius::add_rom_command(app);
   risorius::add_dataset_command(app);
+  risorius::add_report_command(app);
   risorius::add_watch_command(app);
   risorius::add_control_command(app);
   risorius::add_keys_command(app);

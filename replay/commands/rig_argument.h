@@ -1,4 +1,4 @@
-// A rig as users name it: a rig file, or "builtin".
+// A rig as users name it: a rig file, an actor's folder, or "builtin".
 #pragma once
 
 #include <string>

@@ -17,6 +17,11 @@ const Eigen::Vector3d kSkin{0.80, 0.62, 0.53};
 
 double to_linear(double srgb) noexcept { return std::pow(std::clamp(srgb, 0.0, 1.0), 2.2); }
 double to_srgb(double linear) noexcept { return std::pow(std::clamp(linear, 0.0, 1.0), 1 / 2.2); }
+/// std::pow takes a third of the time of a picture.
+double to_the_18th(double x) noexcept {
+  const double x2 = x * x, x4 = x2 * x2, x8 = x4 * x4;
+  return x8 * x8 * x2;
+}
 
 /// Area-weighted normals of the vertices, unit length.
 Eigen::Matrix3Xd normals_of(const ShadedMesh& mesh) {
@@ -78,7 +83,7 @@ Eigen::Vector3d lit(const Eigen::Vector3d& colour, const Eigen::Vector3d& normal
   const auto wrapped = [&](double wrap) { return std::max(0.0, (facing + wrap) / (1 + wrap)); };
   const Eigen::Vector3d diffuse(wrapped(0.32), wrapped(0.22), wrapped(0.18));
   const double fill_light = 0.30 * std::max(0.0, normal.dot(fill)), around = 0.17 + 0.07 * normal.y();
-  const double gloss = 0.055 * std::pow(std::max(0.0, normal.dot(half)), 18.0);
+  const double gloss = 0.055 * to_the_18th(std::max(0.0, normal.dot(half)));
   return openness * (colour.cwiseProduct(0.92 * diffuse + Eigen::Vector3d::Constant(fill_light + around)) +
                      Eigen::Vector3d::Constant(gloss));
 }

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <fmt/format.h>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
@@ -18,7 +20,9 @@ constexpr double kThreeQuarterDegrees = 38;
 constexpr double kCloseUpField = 0.5;    // of the whole picture's height
 constexpr double kCloseUpTowards = 0.8;  // of the way to the side that moves, so that the other one can be compared
 constexpr double kLeastArrowMm = 0.7;
-constexpr int kNoteHeight = 30;  // pixels, below the sheet
+constexpr double kShortMm = 4, kShownMm = 6,
+                 kMostScale = 8;  // arrows of AUs that move less are lengthened, and it is said
+constexpr int kNoteHeight = 30;   // pixels, below the sheet
 
 struct FacsName {
   int number;
@@ -146,7 +150,7 @@ MeshCamera RigPictures::close_up(const std::vector<std::string>& columns) const 
 }
 
 void RigPictures::draw_view(Canvas& canvas, const PictureRectangle& place, const std::vector<std::string>& columns,
-                            const MeshCamera& camera, bool with_markers) const {
+                            const MeshCamera& camera, double arrow_scale) const {
   MeshView view(static_cast<int>(place.width), static_cast<int>(place.height), camera);
   Eigen::Matrix3Xd moved = rig_.neutral_mm;
   for (const std::string& column : columns) moved += column_of(rig_, column).displacement_mm;
@@ -167,10 +171,6 @@ void RigPictures::draw_view(Canvas& canvas, const PictureRectangle& place, const
   }
   canvas.begin_clip(place);
   view.paint_on(canvas, {place.x, place.y});
-  if (!with_markers) {
-    canvas.end_clip();
-    return;
-  }
   const auto on_canvas = [&](const Eigen::Vector3d& p) {
     const PicturePoint at = view.project(p);
     return PicturePoint{place.x + at.x, place.y + at.y};
@@ -182,8 +182,9 @@ void RigPictures::draw_view(Canvas& canvas, const PictureRectangle& place, const
     const PicturePoint from = on_canvas(rig_.neutral_mm.col(m));
     canvas.fill_circle(from, 2.1 * unit, kMarkerRim);
     canvas.fill_circle(from, 1.3 * unit, kMarker);
-    if ((moved.col(m) - rig_.neutral_mm.col(m)).norm() < kLeastArrowMm) continue;
-    canvas.arrow(from, on_canvas(moved.col(m)), kArrow, 1.5 * unit);
+    const Eigen::Vector3d way = arrow_scale * (moved.col(m) - rig_.neutral_mm.col(m));
+    if (way.norm() < kLeastArrowMm) continue;
+    canvas.arrow(from, on_canvas(rig_.neutral_mm.col(m) + way), kArrow, 1.5 * unit);
   }
   canvas.end_clip();
 }
@@ -191,22 +192,23 @@ void RigPictures::draw_view(Canvas& canvas, const PictureRectangle& place, const
 void RigPictures::draw_cell(Canvas& canvas, const PictureRectangle& place,
                             const std::vector<std::string>& columns) const {
   const double title = std::max(20.0, 0.055 * place.height), third = place.width / 3;
-  MeshCamera turned = camera_;
-  turned.turned_degrees = three_quarter_degrees(columns);
-  draw_view(canvas, {place.x, place.y + title, third, place.height - title}, columns, camera_, true);
-  draw_view(canvas, {place.x + third, place.y + title, third, place.height - title}, columns, turned, true);
-  draw_view(canvas, {place.x + 2 * third, place.y + title, third, place.height - title}, columns, close_up(columns),
-            false);
-  canvas.text({place.x + 0.4 * title, place.y + 0.82 * title}, title_of(columns), 0.72 * title, kInk);
-  double largest_mm = 0;
   Eigen::Matrix3Xd displacement = Eigen::Matrix3Xd::Zero(3, rig_.neutral_mm.cols());
   for (const std::string& column : columns) displacement += column_of(rig_, column).displacement_mm;
+  Eigen::Index marker = 0;
+  const double largest_mm = displacement.colwise().norm().maxCoeff(&marker);
+  // A blink or a tightened lip moves markers less than an arrow's head is long.
+  const double arrow_scale =
+      largest_mm > 0 && largest_mm < kShortMm ? std::clamp(std::round(kShownMm / largest_mm), 1.0, kMostScale) : 1;
+  MeshCamera turned = camera_;
+  turned.turned_degrees = three_quarter_degrees(columns);
+  draw_view(canvas, {place.x, place.y + title, third, place.height - title}, columns, camera_, arrow_scale);
+  draw_view(canvas, {place.x + third, place.y + title, third, place.height - title}, columns, turned, arrow_scale);
+  draw_view(canvas, {place.x + 2 * third, place.y + title, third, place.height - title}, columns, close_up(columns),
+            arrow_scale);
+  canvas.text({place.x + 0.4 * title, place.y + 0.82 * title}, title_of(columns), 0.72 * title, kInk);
   if (!columns.empty()) {
-    Eigen::Index marker = 0;
-    largest_mm = displacement.colwise().norm().maxCoeff(&marker);
-    const std::string note = rig_.marker_names[static_cast<std::size_t>(marker)] + " " +
-                             std::to_string(std::lround(10 * largest_mm) / 10) + "." +
-                             std::to_string(std::lround(10 * largest_mm) % 10) + " mm";
+    std::string note = fmt::format("{} {:.1f} mm", rig_.marker_names[static_cast<std::size_t>(marker)], largest_mm);
+    if (arrow_scale > 1) note += fmt::format(", arrows x {:.0f}", arrow_scale);
     canvas.text({place.x + place.width - 0.4 * title, place.y + 0.82 * title}, note, 0.62 * title, kGrey,
                 TextAnchor::kRight);
   }

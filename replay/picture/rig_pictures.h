@@ -34,7 +34,7 @@ class RigPictures {
   MeshCamera close_up(const std::vector<std::string>& columns) const;
   std::string sheet_note() const;
   void draw_view(Canvas& canvas, const PictureRectangle& place, const std::vector<std::string>& columns,
-                 const MeshCamera& camera, bool with_markers) const;
+                 const MeshCamera& camera, double arrow_scale) const;
   void draw_cell(Canvas& canvas, const PictureRectangle& place, const std::vector<std::string>& columns) const;
 
   const Rig& rig_;

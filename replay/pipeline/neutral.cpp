@@ -11,6 +11,7 @@
 namespace risorius {
 namespace {
 
+constexpr std::size_t kStillTwentieths = 19;
 constexpr std::uint64_t kMostFrames = 20000;  // a neutral is seconds; this is 80 s at 250 Hz
 
 /// The markers of one frame: positions (not read where the weight is 0) and weights 1 or 0.
@@ -59,8 +60,13 @@ void set_medians(const Samples& samples, Neutral& neutral) {
       for (const Eigen::Vector3d& p : samples[m]) values.push_back(p[axis]);
       neutral.position_mm(axis, column) = median_of(values);
     }
-    for (const Eigen::Vector3d& p : samples[m]) squares += (p - neutral.position_mm.col(column)).squaredNorm();
-    count += static_cast<double>(samples[m].size());
+    values.clear();
+    for (const Eigen::Vector3d& p : samples[m]) values.push_back((p - neutral.position_mm.col(column)).squaredNorm());
+    // A few false tracks leap by centimetres while the face is still.
+    std::ranges::sort(values);
+    values.resize(std::max<std::size_t>(1, values.size() * kStillTwentieths / 20));
+    for (const double squared : values) squares += squared;
+    count += static_cast<double>(values.size());
   }
   neutral.motion_rms_mm = std::sqrt(squares / count);
 }

@@ -17,7 +17,7 @@ struct Neutral {
   std::vector<std::uint64_t> measured_count;  ///< M: frames behind each position
   std::uint64_t frame_count = 0;              ///< frames used
   std::uint64_t skipped_count = 0;            ///< frames with too few markers to align
-  double motion_rms_mm = 0;                   ///< per marker about its median: how still the face was
+  double motion_rms_mm = 0;  ///< per marker about its median, the farthest 5 % left out: how still the face was
 };
 
 /// Frames `first` to `last` (from 0, inclusive; the take is rewound). Throws UserError: empty or too long range, a

@@ -12,6 +12,17 @@ void refuse_unfit_rig(const TakeReader& take, const FramePipeline& pipeline) {
   if (!pipeline.rig_problem().empty()) throw UserError(take.info().path.string() + ": " + pipeline.rig_problem());
 }
 
+template <class Act>
+void name_take_in_error(const TakeReader& take, Act&& act) {
+  try {
+    act();
+  } catch (const UserError& error) {
+    throw UserError(take.info().path.string() + ": " + error.what());
+  }
+}
+
+}  // namespace
+
 std::vector<MarkerFrame> read_despiked(TakeReader& take, const DespikerOptions& options) {
   Despiker despiker(options);
   despiker.use_marker_set(take.info().markers);
@@ -25,17 +36,6 @@ std::vector<MarkerFrame> read_despiked(TakeReader& take, const DespikerOptions& 
   while (despiker.pop(cleaned)) frames.push_back(cleaned);
   return frames;
 }
-
-template <class Act>
-void name_take_in_error(const TakeReader& take, Act&& act) {
-  try {
-    act();
-  } catch (const UserError& error) {
-    throw UserError(take.info().path.string() + ": " + error.what());
-  }
-}
-
-}  // namespace
 
 void solve_causally(TakeReader& take, FramePipeline& pipeline, const SolvedFrameSink& sink,
                     const FrameProgress& progress) {

@@ -17,6 +17,9 @@ using SolvedFrameSink = std::function<void(const SolvedFrame&)>;
 /// Called now and then with the number of frames done, and of all (0 if not known).
 using FrameProgress = std::function<void(std::uint64_t done, std::uint64_t of)>;
 
+/// The whole take after despiking, gaps left missing.
+std::vector<MarkerFrame> read_despiked(TakeReader& take, const DespikerOptions& options);
+
 /// Streams the take through `pipeline`; memory does not grow with the take. Throws UserError if the rig does not fit.
 void solve_causally(TakeReader& take, FramePipeline& pipeline, const SolvedFrameSink& sink,
                     const FrameProgress& progress);

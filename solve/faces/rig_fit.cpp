@@ -259,6 +259,14 @@ void set_stabilisers(const LandmarkMap& map, RigFitResult& result) {
     const auto found = map.stabiliser_weight.find(rig.marker_names[m]);
     if (found != map.stabiliser_weight.end()) rig.stabiliser_weight[static_cast<Eigen::Index>(m)] = found->second;
   }
+  std::vector<std::string> unknown;
+  for (const auto& [marker, weight] : map.stabiliser_weight) {
+    if (std::ranges::find(rig.marker_names, marker) == rig.marker_names.end()) unknown.push_back(marker);
+  }
+  if (!unknown.empty()) {
+    result.warnings.push_back(fmt::format("the map's stabilisers {} are no markers of the neutral, which has: {}",
+                                          fmt::join(unknown, ", "), fmt::join(rig.marker_names, " ")));
+  }
   if (hold_still(rig.neutral_mm, rig.stabiliser_weight)) return;
   rig.stabiliser_weight.setZero();
   std::vector<std::string> names;

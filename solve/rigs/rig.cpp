@@ -131,6 +131,12 @@ std::vector<std::string> problems_of(const Rig& rig) {
   std::set<std::string> seen;
   for (std::size_t i = 0; i < rig.au_count(); ++i) {
     check_name(problems, fmt::format("aus[{}]", i), rig.aus[i].name, seen);
+    // Each AU's picture is called after it, beside those of the neutral and of all.
+    const std::string& name = rig.aus[i].name;
+    if (name == "." || name == ".." || name == "neutral" || name == "contact_sheet") {
+      problems.push_back(
+          fmt::format("aus[{}]: '{}' cannot name an AU; call it AU + number + L, R or nothing", i, name));
+    }
     check_au(problems, rig.aus[i], rig.marker_count());
   }
   return problems;
