@@ -3,6 +3,7 @@
 #include <array>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <string_view>
 #include <utility>
 
@@ -12,36 +13,34 @@
 namespace risorius {
 namespace {
 
-/// Of states worth a line; the others are the way to one of these.
-std::string_view advice_on_state(std::string_view state) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kAdvice{{
-      {"streaming", "frames come"},
-      {"stale", "nothing has come for three frame times: is the tracker on, the cable in, the sender alive?"},
-      {"connecting", "the tracker does not answer yet: is it on, is the address right, does a firewall block it?"},
-      {"waiting", "the tracker answers, but sends no frames: is it live or playing, are there labelled markers?"},
-      {"lost", "the connection is gone; trying again"},
-  }};
-  for (const auto& [name, advice] : kAdvice) {
-    if (name == state) return advice;
+using Advice = std::pair<std::string_view, std::string_view>;
+
+/// Empty if there is none.
+std::string_view advice_on(std::string_view word, std::span<const Advice> advices) {
+  for (const auto& [name, advice] : advices) {
+    if (name == word) return advice;
   }
   return {};
 }
 
+/// Of states worth a line; the others are the way to one of these.
+constexpr std::array<Advice, 5> kAdviceOnStates{{
+    {"streaming", "frames come"},
+    {"stale", "nothing has come for three frame times: is the tracker on, the cable in, the sender alive?"},
+    {"connecting", "the tracker does not answer yet: is it on, is the address right, does a firewall block it?"},
+    {"waiting", "the tracker answers, but sends no frames: is it live or playing, are there labelled markers?"},
+    {"lost", "the connection is gone; trying again"},
+}};
+
 /// Of a solver's status without AUs.
-std::string_view advice_on_status(std::string_view status) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 6> kAdvice{{
-      {"not_solved", "the rig does not fit the markers"},
-      {"too_few_markers", "occlusions, or stabilisers that disagree: are labels swapped?"},
-      {"poor_fit", "is it the right rig, are units and axes as the sender has them?"},
-      {"mirrored", "one letter of the source's axes points the wrong way"},
-      {"no_face", "the face tracker sees nobody"},
-      {"iteration_limit", "the solver did not come to an end: report this"},
-  }};
-  for (const auto& [name, advice] : kAdvice) {
-    if (name == status) return advice;
-  }
-  return {};
-}
+constexpr std::array<Advice, 6> kAdviceOnStatuses{{
+    {"not_solved", "the rig does not fit the markers"},
+    {"too_few_markers", "occlusions, or stabilisers that disagree: are labels swapped?"},
+    {"poor_fit", "is it the right rig, are units and axes as the sender has them?"},
+    {"mirrored", "one letter of the source's axes points the wrong way"},
+    {"no_face", "the face tracker sees nobody"},
+    {"iteration_limit", "the solver did not come to an end: report this"},
+}};
 
 /// Datagrams that are of no use, by reason: a whole source may be refused so.
 void add_refusals(const std::string& where, const nlohmann::json& stream, std::map<std::string, std::uint64_t>& told,
@@ -97,7 +96,7 @@ void Notices::update_stream(const std::string& name, const nlohmann::json& strea
   Stream& before = streams_[name];
   const auto state = stream.at("state").get<std::string>();
   if (std::exchange(before.state, state) != state) {
-    if (const auto advice = advice_on_state(state); !advice.empty())
+    if (const auto advice = advice_on(state, kAdviceOnStates); !advice.empty())
       lines.push_back(fmt::format("{}: {}: {}", name, state, advice));
   }
   const auto problem = stream.at("rig_problem").get<std::string>();
@@ -106,7 +105,7 @@ void Notices::update_stream(const std::string& name, const nlohmann::json& strea
 
   const std::string status = commonest_status(stream, before);
   if (!status.empty()) {
-    const auto advice = advice_on_status(status);
+    const auto advice = advice_on(status, kAdviceOnStatuses);
     const std::string unsolved = advice.empty() ? "" : status;
     if (std::exchange(before.unsolved, unsolved) != unsolved) {
       lines.push_back(unsolved.empty() ? fmt::format("{}: frames have AUs again", name)

@@ -9,7 +9,7 @@
 namespace risorius {
 namespace {
 
-constexpr double kProgressSteps = 1000;
+constexpr double kProgressSteps = 100;
 
 StabiliserWeights stabilisers_of(const Rig& rig) {
   StabiliserWeights weights;
@@ -45,7 +45,7 @@ CleanedTake CleanArguments::run(MarkerSet& set) {
   set = reader->info().markers;
   set.mm_per_unit = 1;
   set.axes = Axes{};
-  ProgressLine progress("repair", "permille");
+  ProgressLine progress("repair", "%");
   CleanedTake cleaned = clean_take(*reader, options, [&](double share) {
     progress.show(static_cast<std::uint64_t>(kProgressSteps * share), static_cast<std::uint64_t>(kProgressSteps));
   });

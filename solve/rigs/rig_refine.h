@@ -19,7 +19,7 @@ namespace risorius {
 struct RigRefineOptions {
   int rounds = 6;                                    ///< of solve and update, 1 to 100
   BasisPrior prior;                                  ///< around the start
-  AuSolverOptions solve{.ridge = 5e-3, .l1 = 3e-3};  ///< sparse, so that ghosts learn nothing
+  AuSolverOptions solve{.ridge = 5e-3, .l1 = 3e-3};  ///< l1 is next to none: ghosts learn, too
   double independent_s = 2;                          ///< frames closer in time than this tell partly the same, > 0
   double least_noise_mm = 0.2;                       ///< per axis: what the model leaves at best, > 0
   bool chooses_stabilisers = true;                   ///< anew, where the takes show that one moves with the face

@@ -9,7 +9,6 @@
 #include "bench/bench_report.h"
 #include "bench/component_ceiling.h"
 #include "replay/performer/performer.h"
-#include "replay/performer/random.h"
 #include "replay/pipeline/neutral.h"
 #include "replay/pipeline/take_frames.h"
 #include "solve/faces/builtin_face.h"
@@ -22,35 +21,9 @@
 namespace risorius {
 namespace {
 
-constexpr int kDraws = 20;
-constexpr std::size_t kHidden = 8;
-constexpr std::uint64_t kSeed = 7;
-
 const RigRefineOptions kRefine;
 /// All solves that are scored, of fitted and refined rigs alike.
 const AuSolverOptions kScore = kRefine.solve;
-
-/// 8 of the markers per draw, 2 of each quarter of the face by height; stabilisers stay.
-std::vector<std::vector<std::size_t>> draws_of(const Rig& rig) {
-  std::vector<std::vector<std::size_t>> draws;
-  Random random(kSeed, 1);
-  std::vector<std::size_t> order;
-  for (std::size_t m = 0; m < rig.marker_count(); ++m) {
-    if (rig.stabiliser_weight[static_cast<Eigen::Index>(m)] == 0) order.push_back(m);
-  }
-  std::ranges::stable_sort(order, {}, [&](std::size_t m) { return rig.neutral_mm(1, static_cast<Eigen::Index>(m)); });
-  for (int d = 0; d < kDraws; ++d) {
-    std::vector<std::size_t> hidden;
-    while (hidden.size() < kHidden) {
-      const std::size_t quarter = hidden.size() / 2;
-      const std::size_t begin = quarter * order.size() / 4, end = (quarter + 1) * order.size() / 4;
-      const std::size_t m = order[begin + random.index(end - begin)];
-      if (std::ranges::find(hidden, m) == hidden.end()) hidden.push_back(m);
-    }
-    draws.push_back(std::move(hidden));
-  }
-  return draws;
-}
 
 TakeFrames part_of(const TakeFrames& take, double from, double to) {
   const auto at = [&](double share) {
@@ -86,7 +59,7 @@ void real_take(const std::string& name, const std::filesystem::path& path, std::
   const TakeFrames take = take_frames_of(*reader, name);
   const Rig start =
       fit_rig(builtin_face(), neutral.marker_names, neutral.position_mm, find_landmark_map("animface41")).rig;
-  const auto draws = draws_of(start);
+  const auto draws = bench::hidden_draws(start);
   LeftOutEnergy before, after, ceiling;
   const auto add = [](LeftOutEnergy& sum, const LeftOutEnergy& part) {
     sum.moved_mm2 += part.moved_mm2, sum.left_mm2 += part.left_mm2, sum.samples += part.samples;

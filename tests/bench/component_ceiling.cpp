@@ -4,8 +4,14 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 
+#include "replay/performer/random.h"
+
 namespace risorius::bench {
 namespace {
+
+constexpr int kDraws = 20;
+constexpr std::size_t kHidden = 8;
+constexpr std::uint64_t kSeed = 7;
 
 /// Displacements (3M) of the frames in which every marker was measured, one column each.
 Eigen::MatrixXd displacements_of(const Rig& rig, const TakeFrames& take) {
@@ -45,9 +51,32 @@ LeftOutEnergy foretell(const Components& eigen, const Eigen::VectorXd& mean, con
 
 }  // namespace
 
+std::vector<std::vector<std::size_t>> hidden_draws(const Rig& rig) {
+  std::vector<std::vector<std::size_t>> draws;
+  Random random(kSeed, 1);
+  std::vector<std::size_t> order;
+  for (std::size_t m = 0; m < rig.marker_count(); ++m) {
+    if (rig.stabiliser_weight[static_cast<Eigen::Index>(m)] == 0) order.push_back(m);
+  }
+  if (order.size() < 2 * kHidden) return draws;
+  std::ranges::stable_sort(order, {}, [&](std::size_t m) { return rig.neutral_mm(1, static_cast<Eigen::Index>(m)); });
+  for (int d = 0; d < kDraws; ++d) {
+    std::vector<std::size_t> hidden;
+    while (hidden.size() < kHidden) {
+      const std::size_t quarter = hidden.size() / 2;
+      const std::size_t begin = quarter * order.size() / 4, end = (quarter + 1) * order.size() / 4;
+      const std::size_t m = order[begin + random.index(end - begin)];
+      if (std::ranges::find(hidden, m) == hidden.end()) hidden.push_back(m);
+    }
+    draws.push_back(std::move(hidden));
+  }
+  return draws;
+}
+
 LeftOutEnergy component_ceiling(const Rig& rig, const TakeFrames& learned, const TakeFrames& scored,
                                 const std::vector<std::vector<std::size_t>>& hidden_groups, std::size_t components) {
   const Eigen::MatrixXd seen = displacements_of(rig, learned), asked = displacements_of(rig, scored);
+  if (seen.cols() < 2) return {};
   const Eigen::VectorXd mean = seen.rowwise().mean();
   const Eigen::MatrixXd centred = seen.colwise() - mean;
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(centred * centred.transpose() /
