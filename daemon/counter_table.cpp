@@ -43,7 +43,8 @@ constexpr auto kStreamCounters = std::to_array<CounterRow>({
      "something else sends to our port"},
     {"datagrams.errors", kReasons, "datagrams", "refused, by reason",
      "bad_magic, bad_checksum, version: something else sends to this port; unknown_set: frames before their marker "
-     "set; other_session: two senders share this port; other_device: of another phone; leap: its clock leapt"},
+     "set; other_session: two senders share this port, "
+     "and the first keeps it until it ends or falls silent; other_device: of another phone; leap: its clock leapt"},
     {"frames.assembled", kLedger, "frames", "put together from datagrams", ""},
     {"frames.incomplete", kLoss, "frames", "given up because a part of them was lost", "the network loses datagrams"},
     {"frames.lost", kLoss, "frames", "that never came, by their sequence numbers", "the network, or the sender"},
@@ -78,6 +79,8 @@ constexpr auto kStreamCounters = std::to_array<CounterRow>({
     {"rig", kText, "", "the rig in use", ""},
     {"rig_problem", kText, "", "why the rig does not fit the markers; empty if it does",
      "fit a rig to this marker set: `risorius rig fit`"},
+    {"rig_absent_markers", kText, "", "which of the rig's markers the marker set lacks; empty if none",
+     "AUs that only they show are not observed: fit a rig to this marker set, or correct the names"},
     {"continuations", kCount, "predictions", "made", ""},
     {"neutral_captures", kCount, "", "live neutrals taken", ""},
     {"cycles.longest_clean_us", kGauge, "us", "longest despike and fill of a frame", ""},

@@ -13,8 +13,8 @@ bool is_frame(SourceEventKind kind) noexcept {
 }
 
 std::size_t checked(std::size_t depth) {
-  if (depth < 2 || depth > 65536) {
-    throw UserError("event_capacity", fmt::format("{} is out of range", depth), "2 to 65536");
+  if (depth < 3 || depth > 65536) {
+    throw UserError("event_capacity", fmt::format("{} is out of range", depth), "3 to 65536");
   }
   return depth;
 }

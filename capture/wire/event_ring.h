@@ -14,7 +14,7 @@ namespace risorius {
 
 class EventRing {
  public:
-  /// Throws UserError if `depth` is not 2 to 65536 events.
+  /// Throws UserError if `depth` is not 3 to 65536 events.
   explicit EventRing(std::size_t depth);
 
   std::size_t depth() const noexcept { return events_.size(); }

@@ -29,7 +29,7 @@ struct LiveLinkOptions {
   std::uint32_t stream_id = 0;       ///< written into every frame
   std::string device;                ///< the one to take; "" = the first that comes
   double rate_hz = 0;                ///< of frames; 0 = as the packets say, which some devices count in a finer base
-  std::size_t event_capacity = 256;  ///< events that wait for pop, 2 to 65536
+  std::size_t event_capacity = 256;  ///< events that wait for pop, 3 to 65536
 };
 
 /// Beyond LiveLinkError's: kOtherDevice: not ours. kLeap: the frame time leapt. kRates: the rate changed too often.

@@ -22,6 +22,10 @@ std::uint32_t MarkerSetBook::drop_incomplete() noexcept {
   return std::exchange(datagrams_, 0);
 }
 
+void MarkerSetBook::keep_only(std::uint32_t set_id) noexcept {
+  std::erase_if(in_force_, [=](const auto* set) { return set->id != set_id; });
+}
+
 bool MarkerSetBook::continues(const MarkerSetPart& part) const noexcept {
   return datagrams_ > 0 && part.session == head_.session && part.set_id == head_.set_id &&
          part.revision == head_.revision && part.rate_hz == head_.rate_hz && part.mm_per_unit == head_.mm_per_unit &&

@@ -40,6 +40,8 @@ class MarkerSetBook {
   std::uint32_t held() const noexcept { return datagrams_; }
   /// Gives the incomplete set up; returns its datagrams.
   std::uint32_t drop_incomplete() noexcept;
+  /// Ends the force of every set but the one in force under this id.
+  void keep_only(std::uint32_t set_id) noexcept;
 
  private:
   struct Name {

@@ -39,14 +39,14 @@ TEST(EventRing, CountsTheFramesThatWait) {
 }
 
 TEST(EventRing, AnEventKeepsNothingOfTheOneThatHadItsPlace) {
-  EventRing ring(2);
+  EventRing ring(3);
   SourceEvent event;
   SourceEvent& first = ring.emit(SourceEventKind::kRecordingStarted, 1);
   first.set_recording_name(std::string(100, 'n'));
   first.end.frames_sent = 5;
   ASSERT_TRUE(ring.pop(event));
   EXPECT_EQ(event.recording_name(), std::string(kMaxRecordingNameBytes, 'n'));
-  for (int i = 0; i < 2; ++i) {
+  for (int i = 0; i < 3; ++i) {
     ring.emit(SourceEventKind::kRecordingStopped, 1);
     ASSERT_TRUE(ring.pop(event));
     EXPECT_EQ(event.recording_name(), "");
@@ -55,7 +55,7 @@ TEST(EventRing, AnEventKeepsNothingOfTheOneThatHadItsPlace) {
 }
 
 TEST(EventRing, NamesADepthOutOfRange) {
-  EXPECT_THROW(EventRing(1), UserError);
+  EXPECT_THROW(EventRing(2), UserError);
   EXPECT_THROW(EventRing(65537), UserError);
 }
 

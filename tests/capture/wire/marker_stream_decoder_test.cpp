@@ -19,6 +19,7 @@ using test::marker_frame;
 using test::marker_set;
 using test::same_markers;
 using Kind = SourceEventKind;
+constexpr std::int64_t kHold = MarkerStreamDecoder::kSessionHoldNs;
 
 std::vector<SourceEvent> pop_all(MarkerStreamDecoder& decoder) {
   std::vector<SourceEvent> events;
@@ -26,10 +27,11 @@ std::vector<SourceEvent> pop_all(MarkerStreamDecoder& decoder) {
   return events;
 }
 
-std::vector<SourceEvent> push_all(MarkerStreamDecoder& decoder, const std::vector<Bytes>& datagrams) {
+std::vector<SourceEvent> push_all(MarkerStreamDecoder& decoder, const std::vector<Bytes>& datagrams,
+                                  std::int64_t receive_time_ns = 5) {
   std::vector<SourceEvent> events;
   for (const auto& datagram : datagrams) {
-    EXPECT_TRUE(decoder.push(datagram, 5));
+    EXPECT_TRUE(decoder.push(datagram, receive_time_ns));
     EXPECT_TRUE(decoder.counters().datagrams.balanced());
     EXPECT_TRUE(decoder.counters().frames.balanced());
     for (auto& event : pop_all(decoder)) events.push_back(event);
@@ -180,13 +182,86 @@ TEST(MarkerStreamDecoder, ANewSessionForgetsTheSetsInForce) {
   push_all(decoder, datagrams_of(marker_set(10), 1));
   EXPECT_TRUE(push_all(decoder, datagrams_of(marker_frame(1, 10), 2)).empty());
   EXPECT_EQ(decoder.counters().of(DecodeError::kOtherSession), 1u);
-  EXPECT_EQ(kinds(push_all(decoder, datagrams_of(marker_set(10, 7), 2))),
+  EXPECT_EQ(kinds(push_all(decoder, datagrams_of(marker_set(10, 7), 2), 5 + kHold)),
             (std::vector{Kind::kNewSession, Kind::kMarkerSet}));
   EXPECT_TRUE(push_all(decoder, datagrams_of(marker_frame(1, 10, 1), 2)).empty());
   EXPECT_EQ(decoder.counters().of(DecodeError::kUnknownSet), 1u);
   EXPECT_TRUE(push_all(decoder, {datagram_of({1, 5, 4})}).empty());
   EXPECT_EQ(decoder.counters().of(DecodeError::kOtherSession), 2u);
   EXPECT_EQ(decoder.counters().sessions.value(), 2u);
+}
+
+TEST(MarkerStreamDecoder, TwoSendersOnOnePortDoNotTakeItFromEachOther) {
+  MarkerStreamDecoder decoder;
+  constexpr std::int64_t kPeriod = kHold / 20;
+  std::uint64_t frames = 0, refused = 0;
+  for (std::int64_t i = 0; i < 200; ++i) {
+    for (std::uint32_t session = 1; session <= 3; ++session) {
+      auto datagrams = datagrams_of(marker_frame(static_cast<std::uint64_t>(i), 10), session);
+      if (i % 50 == 0) datagrams.insert(datagrams.begin(), datagrams_of(marker_set(10), session).at(0));
+      for (const auto& event : push_all(decoder, datagrams, i * kPeriod)) {
+        EXPECT_EQ(event.session, 1u);
+        frames += event.kind == Kind::kFrame ? 1 : 0;
+      }
+      if (session != 1) refused += datagrams.size();
+    }
+  }
+  EXPECT_EQ(frames, 200u);
+  EXPECT_EQ(decoder.counters().sessions.value(), 1u);
+  EXPECT_EQ(decoder.counters().of(DecodeError::kOtherSession), refused);
+  expect_settled(decoder);
+}
+
+TEST(MarkerStreamDecoder, AKilledAndRestartedSenderGoesOnWithItsFirstFrameAfterTheHold) {
+  MarkerStreamDecoder decoder;
+  push_all(decoder, datagrams_of(marker_set(10), 1), 0);
+  push_all(decoder, datagrams_of(marker_frame(1, 10), 1), 10);
+  // Its sets come at once and not again before a second has gone by; one of them is never used.
+  EXPECT_TRUE(push_all(decoder, datagrams_of(marker_set(10), 2), 20).empty());
+  EXPECT_TRUE(push_all(decoder, datagrams_of(marker_set(4, 2), 2), 20).empty());
+  EXPECT_TRUE(push_all(decoder, datagrams_of(marker_frame(0, 10), 2), 9 + kHold).empty());
+  const auto events = push_all(decoder, datagrams_of(marker_frame(1, 10), 2), 10 + kHold);
+  ASSERT_EQ(kinds(events), (std::vector{Kind::kNewSession, Kind::kMarkerSet, Kind::kFrame}));
+  EXPECT_EQ(events[2].session, 2u);
+  EXPECT_EQ(*events[1].set, marker_set(10));
+  // No frame comes before the event of its set: the other one waits for its repetition.
+  EXPECT_TRUE(push_all(decoder, datagrams_of(marker_frame(2, 4, 2), 2), 11 + kHold).empty());
+  EXPECT_EQ(decoder.counters().of(DecodeError::kUnknownSet), 1u);
+  EXPECT_EQ(kinds(push_all(decoder, datagrams_of(marker_set(4, 2), 2), 12 + kHold)), (std::vector{Kind::kMarkerSet}));
+  EXPECT_EQ(push_all(decoder, datagrams_of(marker_frame(3, 4, 2), 2), 13 + kHold).size(), 1u);
+  // The first one is back within the hold: now it is the one that waits.
+  EXPECT_TRUE(push_all(decoder, datagrams_of(marker_frame(2, 10), 1), 14 + kHold).empty());
+  EXPECT_EQ(decoder.counters().of(DecodeError::kOtherSession), 4u);
+  EXPECT_EQ(decoder.counters().sessions.value(), 2u);
+  expect_settled(decoder);
+}
+
+TEST(MarkerStreamDecoder, AfterTheEndOfASessionTheNextBeginsAtOnceUnlessTheOldOneGoesOn) {
+  MarkerStreamDecoder decoder;
+  push_all(decoder, datagrams_of(marker_set(10), 1));
+  push_all(decoder, datagrams_of(marker_frame(1, 10), 1));
+  push_all(decoder, {datagram_of({1, 1, 1})});
+  push_all(decoder, datagrams_of(marker_frame(2, 10), 1));  // a sender that goes on after its end
+  EXPECT_TRUE(push_all(decoder, datagrams_of(marker_set(10), 2)).empty());
+  push_all(decoder, {datagram_of({1, 2, 2})});
+  push_all(decoder, datagrams_of(marker_frame(1, 10), 1));  // a late one is no going on
+  EXPECT_EQ(kinds(push_all(decoder, datagrams_of(marker_frame(1, 10), 2))),
+            (std::vector{Kind::kNewSession, Kind::kMarkerSet, Kind::kFrame}));
+  expect_settled(decoder);
+}
+
+TEST(MarkerStreamDecoder, ASplitSetThatBeginsWithinTheHoldAndIsCompletedAfterItIsAccountedOnce) {
+  MarkerStreamDecoder decoder;
+  const auto own = datagrams_of(marker_set(256, 1, "a_rather_long_name_"), 1);
+  const auto parts = datagrams_of(marker_set(256, 1, "b_rather_long_name_"), 2);
+  ASSERT_GT(parts.size(), 2u);
+  push_all(decoder, own, 0);
+  push_all(decoder, {own[0], parts[0]}, 10);
+  EXPECT_TRUE(push_all(decoder, {parts.begin() + 1, parts.end()}, 10 + kHold).empty());
+  const auto events = push_all(decoder, {parts[0]}, 10 + kHold);
+  ASSERT_EQ(kinds(events), (std::vector{Kind::kNewSession, Kind::kMarkerSet}));
+  EXPECT_EQ(events[1].set->names[200], "b_rather_long_name_200");
+  expect_settled(decoder);
 }
 
 TEST(MarkerStreamDecoder, KeepsAtMost64Sets) {
@@ -326,7 +401,7 @@ TEST(MarkerStreamDecoder, AllocatesNothingForFramesAndRepeatedSets) {
 TEST(MarkerStreamDecoder, NamesOptionsOutOfRange) {
   EXPECT_THROW(MarkerStreamDecoder({.mm_per_unit = 0}), UserError);
   EXPECT_THROW(MarkerStreamDecoder({.reassembly_frames = 65}), UserError);
-  EXPECT_THROW(MarkerStreamDecoder({.event_capacity = 1}), UserError);
+  EXPECT_THROW(MarkerStreamDecoder({.event_capacity = 2}), UserError);
 }
 
 }  // namespace
