@@ -102,6 +102,9 @@ void Notices::update_stream(const std::string& name, const nlohmann::json& strea
   const auto problem = stream.at("rig_problem").get<std::string>();
   if (std::exchange(before.rig_problem, problem) != problem && !problem.empty())
     lines.push_back(fmt::format("{}: no AUs: {}", name, problem));
+  const auto absent = stream.value("rig_absent_markers", std::string());
+  if (std::exchange(before.absent_markers, absent) != absent && !absent.empty())
+    lines.push_back(fmt::format("{}: {}; AUs that only they show are not observed", name, absent));
 
   const std::string status = commonest_status(stream, before);
   if (!status.empty()) {

@@ -18,7 +18,7 @@ class Notices {
 
  private:
   struct Stream {
-    std::string state, rig_problem, unsolved;
+    std::string state, rig_problem, absent_markers, unsolved;
     std::map<std::string, std::uint64_t> by_status;
     std::uint64_t neutral_captures = 0;
   };

@@ -37,9 +37,15 @@ struct PipelineStream {
     const std::scoped_lock lock(mutex_);
     return rig_problem_;
   }
-  void note_rig_problem() {
+  /// Which of the rig's markers the current marker set lacks; empty if none.
+  std::string absent_markers() const {
+    const std::scoped_lock lock(mutex_);
+    return absent_markers_;
+  }
+  void note_fit_of_rig(const MarkerSet& set) {
     const std::scoped_lock lock(mutex_);
     rig_problem_ = stages.rig_problem();
+    absent_markers_ = rig_problem_.empty() ? describe_absent_markers(stages.rig(), set) : "";
   }
   Counter processed;                                  ///< frames handed on
   std::array<Counter, kSolverStatusCount> by_status;  ///< of these, by SolverStatus
@@ -66,7 +72,7 @@ struct PipelineStream {
 
  private:
   mutable std::mutex mutex_;  // taken when a set or a neutral begins and for a status, never per frame
-  std::string rig_problem_;
+  std::string rig_problem_, absent_markers_;
   Rig rig_;
   std::array<double, kFaceShapes> shape_neutral_{};
 };

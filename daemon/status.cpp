@@ -68,8 +68,10 @@ nlohmann::json status_of_stream(const StreamInput& input, const PipelineStream& 
                                 std::uint32_t stream_id) {
   const SourceCounters& source = input.source();
   const ReorderCounters& reorder = input.reorder();
-  nlohmann::json json{
-      {"endpoint", input.endpoint()}, {"rig", stream.current_rig().name}, {"rig_problem", stream.rig_problem()}};
+  nlohmann::json json{{"endpoint", input.endpoint()},
+                      {"rig", stream.current_rig().name},
+                      {"rig_problem", stream.rig_problem()},
+                      {"rig_absent_markers", stream.absent_markers()}};
   json["state"] = input.state();
   json["silences"] = input.watchdog().silences().value();
   json["link"] = {{"state", name_of(source.link.load())},
@@ -193,8 +195,10 @@ std::string summary_of(const nlohmann::json& status) {
     text += fmt::format("  cycles     longest {:.3f} ms, {} over the time between two frames; silent {} times\n",
                         s.at("cycles").at("longest_us").get<double>() * 1e-3, s.at("cycles").at("over_budget").dump(),
                         s.at("silences").dump());
-    if (const auto problem = s.at("rig_problem").get<std::string>(); !problem.empty())
-      text += fmt::format("  rig        {}\n", problem);
+    for (const char* key : {"rig_problem", "rig_absent_markers"}) {
+      if (const auto problem = s.at(key).get<std::string>(); !problem.empty())
+        text += fmt::format("  rig        {}\n", problem);
+    }
   }
   text += fmt::format("published {} messages, {} frames dropped by the publisher's queue\n",
                       status.at("publish").at("messages").dump(), status.at("publish").at("dropped").dump());

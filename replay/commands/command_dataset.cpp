@@ -182,6 +182,8 @@ void refuse_what_cannot_be_solved(const DatasetArguments& arguments, const Rig& 
     } catch (const UserError& error) {
       throw UserError(name + ": " + error.what());
     }
+    if (const auto absent = describe_absent_markers(rig, take->info().markers); !absent.empty())
+      fmt::print(stderr, "{}: warning: {}; AUs that only they show are not observed\n", name, absent);
   }
 }
 

@@ -1,5 +1,7 @@
 #include "solve/faces/landmark_map.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <iterator>
@@ -12,6 +14,8 @@ namespace risorius {
 namespace {
 
 using Json = nlohmann::json;
+
+constexpr std::array<std::string_view, 5> kKeys{"format", "version", "name", "landmarks", "stabilisers"};
 
 /// A member that must be there; `remedy` says what it looks like.
 const Json& member(const Json& object, const char* key, const std::string& place, const std::string& remedy) {
@@ -58,6 +62,11 @@ LandmarkMap parse_landmark_map(std::string_view json, const std::string& place) 
   if (root.value("version", Json()) != 1) {
     throw UserError(place, "version " + root.value("version", Json()).dump() + " is not known",
                     "this program reads version 1");
+  }
+  for (const auto& [key, value] : root.items()) {
+    if (std::ranges::find(kKeys, key) == kKeys.end())
+      throw UserError(place, "unknown key \"" + key + "\"",
+                      "known here: format, version, name, landmarks, stabilisers");
   }
   LandmarkMap map;
   const Json& name = member(root, "name", place, R"(write "name": "LAYOUT")");

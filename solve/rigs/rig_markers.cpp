@@ -19,6 +19,21 @@ bool usable(const Position& p) noexcept {
 
 }  // namespace
 
+std::string describe_absent_markers(const Rig& rig, const MarkerSet& set) {
+  constexpr std::size_t kMostNamed = 8;
+  const std::vector<int> index = index_map(set.names, rig.marker_names);
+  std::string names;
+  std::size_t absent = 0;
+  for (std::size_t m = 0; m < index.size(); ++m) {
+    if (index[m] >= 0) continue;
+    if (absent < kMostNamed) names += (absent == 0 ? "" : ", ") + rig.marker_names[m];
+    ++absent;
+  }
+  if (absent == 0) return "";
+  if (absent > kMostNamed) names += fmt::format(" and {} more", absent - kMostNamed);
+  return fmt::format("{} of the rig's {} markers are not in the marker set: {}", absent, index.size(), names);
+}
+
 RigMarkers::RigMarkers(const Rig& rig, double noise_mm)
     : noise_mm_(noise_mm),
       index_(rig.marker_count(), -1),

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <string>
 #include <vector>
 
 #include "capture/frames.h"
@@ -11,6 +12,9 @@
 #include "solve/rigs/rig.h"
 
 namespace risorius {
+
+/// "12 of the rig's 55 markers are not in the marker set: A, B, ... and 4 more"; empty if all are.
+std::string describe_absent_markers(const Rig& rig, const MarkerSet& set);
 
 class RigMarkers {
  public:

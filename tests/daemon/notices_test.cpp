@@ -46,6 +46,14 @@ TEST(Notices, AProblemOfTheRigIsTold) {
   EXPECT_TRUE(notices.update(status).empty());
 }
 
+TEST(Notices, MarkersOfTheRigThatTheSetLacksAreTold) {
+  Notices notices;
+  auto status = status_of("listening", {});
+  status["streams"]["face"]["rig_absent_markers"] = "2 of the rig's 55 markers are not in the marker set: CH1, CH2";
+  EXPECT_NE(only_line(notices.update(status)).find("CH1, CH2; AUs that only they show"), std::string::npos);
+  EXPECT_TRUE(notices.update(status).empty());
+}
+
 TEST(Notices, ARefusedSourceAFullQueueAndADiskThatFailsAreTold) {
   Notices notices;
   auto status = status_of("waiting", {});

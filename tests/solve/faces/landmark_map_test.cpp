@@ -49,6 +49,8 @@ TEST(LandmarkMap, NamesPlaceAndFieldOfEachMistake) {
   expect(R"({"format":"risorius-landmarks","version":1,"name":"x","landmarks":{"chin":"A","lip_lower":"A"}})", "both");
   expect(R"({"format":"risorius-landmarks","version":1,"name":"x","landmarks":{},"stabilisers":{"F":-1}})",
          "stabilisers.F = -1");
+  expect(R"({"format":"risorius-landmarks","version":1,"name":"x","landmarks":{},"stabilizers":{"F":1}})",
+         "unknown key \"stabilizers\"");
 }
 
 TEST(LandmarkMap, EveryTruncationIsAnError) {

@@ -46,5 +46,18 @@ TEST(RigMarkers, StateAndPositionGiveTheWeight) {
   EXPECT_EQ(markers.world_mm(8).x(), frame.position_mm[8].x);
 }
 
+TEST(RigMarkers, NamesTheMarkersThatTheSetLacksAndCountsThoseBeyondEight) {
+  const Rig rig = test::synthetic_rig(12, 2);
+  MarkerSet set = test::marker_set_of(rig);
+  EXPECT_EQ(describe_absent_markers(rig, set), "");
+  set.names[2] = "other";
+  EXPECT_EQ(describe_absent_markers(rig, set),
+            "1 of the rig's 12 markers are not in the marker set: " + rig.marker_names[2]);
+  set.names.resize(2);
+  const std::string text = describe_absent_markers(rig, set);
+  EXPECT_TRUE(text.starts_with("10 of the rig's 12 markers")) << text;
+  EXPECT_TRUE(text.ends_with(rig.marker_names[9] + " and 2 more")) << text;
+}
+
 }  // namespace
 }  // namespace risorius
