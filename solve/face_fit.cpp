@@ -13,8 +13,8 @@ constexpr double kTruncateAtThresholds = 2;
 /// By so many times a stabiliser pulls harder than any other marker: AUs never explain all that the others do, and what
 /// they leave must not turn the head.
 constexpr double kStabiliserPull = 5;
-/// A joint step that moves the face by less is the last: a thousandth of the least AU's motion.
-constexpr double kStill_mm = 1e-3;
+/// A joint step that leaves the head this near to where it belongs is the last: a hundredth of a marker's noise.
+constexpr double kStill_mm = 2e-3;
 
 /// As in head_pose.cpp: three standard deviations of a normal distribution, from its median.
 constexpr double kMediansToThreshold = 3 * 1.4826;
@@ -38,15 +38,22 @@ FaceFit::FaceFit(const Rig& rig, const AuSolverOptions& options)
   for (Eigen::VectorXd* v : {&weight_, &pulling_weight_, &gram_weight_}) *v = Eigen::VectorXd::Zero(m_count);
   for (Eigen::VectorXd* v : {&y_mm_, &weighted_y_mm_, &fitted_mm_}) *v = Eigen::VectorXd::Zero(3 * m_count);
   for (Eigen::VectorXd* v : {&x_, &b_, &upper_, &fixed_, &solution_}) *v = Eigen::VectorXd::Zero(k_count);
-  h_ = Eigen::MatrixXd::Zero(k_count, k_count);
+  for (Eigen::MatrixXd* h : {&gram_, &reduced_, &h_}) *h = Eigen::MatrixXd::Zero(k_count, k_count);
 }
 
 void FaceFit::use_weights(const Eigen::VectorXd& usual) noexcept {
-  gram_weight_ = usual.cwiseProduct(pull_);
-  basis_.use_weights(gram_weight_);
-  coupling_.use_weights(gram_weight_);
-  hessian_holds_ = false;
+  const Eigen::VectorXd pulling = usual.cwiseProduct(pull_);
+  basis_.use_weights(pulling);
+  coupling_.use_weights(pulling);
+  forget_hessians();
 }
+
+void FaceFit::use_neutral(const Rig& rig) noexcept {
+  coupling_.use_neutral(rig);
+  forget_hessians();
+}
+
+void FaceFit::forget_hessians() noexcept { gram_holds_ = reduced_holds_ = hessian_holds_ = false; }
 
 void FaceFit::reset() noexcept {
   x_.setZero();
@@ -70,13 +77,21 @@ void FaceFit::fit(const Rig& rig, const RigMarkers& markers, RigidTransform& wor
   for (int step = 0;; ++step) {
     const bool carries = step < options_.pose_steps;
     fit_weighted(carries ? Head::kCarriedAlong : Head::kStill, QpEffort::kPrediction);
-    const bool moved = carries && hessian_has_head_ && coupling_.move_head(x_, head_from_world_) > kStill_mm;
+    const bool moved =
+        carries && hessian_has_head_ && left_to_move_mm(coupling_.move_head(x_, head_from_world_)) > kStill_mm;
     if (carries) see_markers(rig, markers);
     measure_residuals();
     const bool weighed = step < options_.robust_iterations && reweigh(markers, step);
     if (step >= steps || (!moved && !weighed)) break;
   }
   world_from_head = head_from_world_.inverse();
+}
+
+/// What a step of the head by `step_mm` leaves to the next one: it was linear, and made at the neutral face instead of
+/// the one that is there.
+double FaceFit::left_to_move_mm(double step_mm) const noexcept {
+  const double off_neutral_mm = fitted_mm_.norm() / std::sqrt(static_cast<double>(basis_.marker_count()));
+  return step_mm * (step_mm + off_neutral_mm) / coupling_.radius_mm();
 }
 
 QpResult FaceFit::certify() noexcept {
@@ -98,12 +113,21 @@ QpResult FaceFit::fit_weighted(Head head, QpEffort effort) noexcept {
 
 /// False if h_ is what it was.
 bool FaceFit::renew_hessian(bool with_head) noexcept {
-  if (hessian_holds_ && hessian_has_head_ == with_head && pulling_weight_ == gram_weight_) return false;
-  basis_.gram(pulling_weight_, h_);
-  gram_weight_ = pulling_weight_;
+  if (!gram_holds_ || pulling_weight_ != gram_weight_) {
+    basis_.gram(pulling_weight_, gram_);
+    gram_weight_ = pulling_weight_;
+    gram_holds_ = true;
+    reduced_holds_ = hessian_holds_ = false;
+  }
+  if (with_head && !reduced_holds_) {
+    reduced_ = gram_;
+    coupling_.reduce_hessian(reduced_);
+    reduced_holds_ = true;
+  }
+  if (hessian_holds_ && hessian_has_head_ == with_head) return false;
+  h_ = with_head ? reduced_ : gram_;
   hessian_holds_ = true;
   hessian_has_head_ = with_head;
-  if (with_head) coupling_.reduce_hessian(h_);
   penalties_.add_to_hessian(h_);
   return true;
 }

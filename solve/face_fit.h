@@ -28,7 +28,7 @@ class FaceFit {
 
   /// The weights (M) that most frames to come will have.
   void use_weights(const Eigen::VectorXd& usual) noexcept;
-  void use_neutral(const Rig& rig) noexcept { coupling_.use_neutral(rig); }
+  void use_neutral(const Rig& rig) noexcept;
   /// A face at rest, and no active set to start from.
   void reset() noexcept;
 
@@ -66,9 +66,11 @@ class FaceFit {
   enum class Head { kStill, kCarriedAlong };
   QpResult fit_weighted(Head head, QpEffort effort) noexcept;
   bool renew_hessian(bool with_head) noexcept;
+  void forget_hessians() noexcept;
   void project_markers(bool with_head) noexcept;
   void see_markers(const Rig& rig, const RigMarkers& markers) noexcept;
   void measure_residuals() noexcept;
+  double left_to_move_mm(double step_mm) const noexcept;
   bool reweigh(const RigMarkers& markers, int iteration) noexcept;
 
   AuSolverOptions options_;
@@ -82,15 +84,18 @@ class FaceFit {
   // Of the frame at work. M markers, K AUs.
   RigidTransform head_from_world_;
   Eigen::VectorXd weight_, pulling_weight_;           // M
-  Eigen::VectorXd gram_weight_;                       // M: the weights that h_ belongs to
-  bool hessian_holds_ = false;                        // no penalty in h_ has changed since it was made
-  bool hessian_has_head_ = false;                     // h_ carries the head along
+  Eigen::VectorXd gram_weight_;                       // M: the weights that gram_ and reduced_ belong to
+  bool gram_holds_ = false;                           // gram_ was made
+  bool reduced_holds_ = false;                        // so was reduced_
+  bool hessian_holds_ = false;                        // nothing in h_ has changed since it was made
+  bool hessian_has_head_ = false;                     // h_ is from reduced_
   Eigen::VectorXd y_mm_, weighted_y_mm_, fitted_mm_;  // 3M
   std::vector<double> residual_mm_, scratch_;         // M
   std::vector<Eigen::Vector3d> head_mm_, world_mm_;   // M
   std::vector<double> pose_weight_;                   // M
   Eigen::VectorXd b_, upper_, fixed_, solution_;      // K
-  Eigen::MatrixXd h_;                                 // K x K
+  Eigen::MatrixXd gram_, reduced_;                    // K x K: of the markers; with the head carried along
+  Eigen::MatrixXd h_;                                 // K x K: one of the two and the penalties
 };
 
 }  // namespace risorius

@@ -80,9 +80,15 @@ void PoseCoupling::project(const Eigen::VectorXd& weighted_y_mm) noexcept {
 }
 
 void PoseCoupling::reduce_hessian(Eigen::MatrixXd& h) const noexcept {
+  // Six columns in one pass: their sum is bound by loads and stores of h. Symmetric, so one half is enough.
+  const auto& c = c_whitened_;
   for (Eigen::Index j = 0; j < h.cols(); ++j) {
-    for (Eigen::Index d = 0; d < 6; ++d) h.col(j) -= c_whitened_(j, d) * c_whitened_.col(d);
+    const Eigen::Index rest = h.rows() - j;
+    h.col(j).tail(rest) -= c(j, 0) * c.col(0).tail(rest) + c(j, 1) * c.col(1).tail(rest) +
+                           c(j, 2) * c.col(2).tail(rest) + c(j, 3) * c.col(3).tail(rest) +
+                           c(j, 4) * c.col(4).tail(rest) + c(j, 5) * c.col(5).tail(rest);
   }
+  for (Eigen::Index j = 1; j < h.cols(); ++j) h.col(j).head(j) = h.row(j).head(j).transpose();
 }
 
 void PoseCoupling::reduce_gradient(Eigen::VectorXd& b) const noexcept {

@@ -36,6 +36,8 @@ class PoseCoupling {
   double move_head(const Eigen::VectorXd& x, RigidTransform& head_from_world) const noexcept;
   /// The same for a step d that is known.
   double move_head_by(const Eigen::Matrix<double, 6, 1>& step, RigidTransform& head_from_world) const noexcept;
+  /// Root mean square distance of the neutral's markers from their centre.
+  double radius_mm() const noexcept { return radius_mm_; }
 
  private:
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
