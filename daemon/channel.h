@@ -1,7 +1,10 @@
 // A bounded queue between two threads of the daemon, with the bell of its consumer and a reserve for control items.
 #pragma once
 
+#include <atomic>
+#include <chrono>
 #include <cstddef>
+#include <thread>
 
 #include "capture/spsc_queue.h"
 #include "daemon/doorbell.h"
@@ -30,9 +33,21 @@ class Channel {
     return true;
   }
   void ring() noexcept { bell_.ring(); }
+  /// An item will follow within microseconds: the consumer wakes while the producer still works on it, so that the time
+  /// that waking takes does not come on top.
+  void announce() noexcept {
+    announced_.store(true, std::memory_order_release);
+    bell_.ring();
+  }
 
-  /// Consumer.
-  void wait() noexcept { bell_.wait(); }
+  /// Consumer. Sleeps until it rings; where an item was announced, stays awake for it, giving way to whoever else wants
+  /// the processor, for kPatience at most.
+  void wait() noexcept {
+    bell_.wait();
+    if (!announced_.exchange(false, std::memory_order_acquire)) return;
+    const auto deadline = std::chrono::steady_clock::now() + kPatience;
+    while (queue_.front() == nullptr && std::chrono::steady_clock::now() < deadline) std::this_thread::yield();
+  }
   const T* front() noexcept { return queue_.front(); }
   void release() noexcept { queue_.release(); }
 
@@ -42,9 +57,11 @@ class Channel {
 
  private:
   static constexpr std::size_t kReserve = 64;
+  static constexpr std::chrono::microseconds kPatience{400};
   std::size_t most_frames_;
   SpscQueue<T> queue_;
   Doorbell bell_;
+  std::atomic<bool> announced_{false};
   Counter refused_frames_;
 };
 

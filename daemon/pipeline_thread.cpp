@@ -35,6 +35,9 @@ void PipelineThread::run() noexcept {
   while (true) {
     // Read before the queue is emptied: whatever was admitted before the stop is still worked off.
     const bool last_round = stopping_;
+    // Only for the first frame after a rest: while frames queue up, the publisher is awake, and throughput counts.
+    if (const AdmittedItem* item = admitted_.front(); item != nullptr && item->kind == AdmittedItem::Kind::kFrame)
+      outputs_.publish.announce();
     while (const AdmittedItem* item = admitted_.front()) {
       work_on(*item);
       admitted_.release();
@@ -59,7 +62,7 @@ void PipelineThread::work_on(const AdmittedItem& item) {
       hand_on_solved(stream, item.stream_id);
       if (!stream.shapes) {
         stream.stages.use_marker_set(*item.marker_set);
-        stream.note_rig_problem();
+        stream.note_fit_of_rig(*item.marker_set);
       }
       stream.budget_ns = item.marker_set->rate_hz > 0 ? static_cast<std::int64_t>(1e9 / item.marker_set->rate_hz) : 0;
       hand_on_control(OutputItem::Kind::kMarkerSet, item.stream_id, item.marker_set);

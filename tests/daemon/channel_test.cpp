@@ -44,5 +44,16 @@ TEST(Channel, WakesASleepingConsumerForEveryItem) {
   }
 }
 
+TEST(Channel, AnAnnouncedItemIsWaitedForAndOneThatNeverComesIsNot) {
+  Channel<int> channel(64);
+  channel.announce();
+  channel.wait();  // comes back although nothing follows
+  EXPECT_EQ(channel.front(), nullptr);
+  channel.announce();
+  std::jthread producer([&] { channel.send_frame(7); });
+  while (channel.front() == nullptr) channel.wait();
+  EXPECT_EQ(*channel.front(), 7);
+}
+
 }  // namespace
 }  // namespace risorius
