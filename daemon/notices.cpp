@@ -119,6 +119,13 @@ void Notices::update_stream(const std::string& name, const nlohmann::json& strea
       std::exchange(before.neutral_captures, captures) != captures) {
     lines.push_back(fmt::format("{}: neutral taken", name));
   }
+  if (stream.contains("slip")) {
+    const nlohmann::json& slip = stream.at("slip");
+    if (const auto slips = slip.at("count").get<std::uint64_t>(); std::exchange(before.slips, slips) != slips) {
+      lines.push_back(fmt::format("{}: {}: AUs from then on are in doubt; press it on and take the neutral anew", name,
+                                  slip.at("last").get<std::string>()));
+    }
+  }
   add_refusals(name, stream, told_, lines);
   add_losses(name, stream, stream_counters(), told_, lines);
 }

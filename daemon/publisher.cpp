@@ -47,6 +47,7 @@ void Publisher::run() noexcept {
     const bool last_round = stopping_;
     while (const OutputItem* item = results_.front()) {
       publish(*item);
+      if (options_.after_publishing) options_.after_publishing(*item);
       results_.release();
     }
     while (const Continuation* continuation = continuations_.front()) {

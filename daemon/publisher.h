@@ -37,6 +37,8 @@ class Publisher {
     int high_water_mark = 1000;   ///< messages per subscriber
     CurveGate* gate = nullptr;    ///< who may subscribe; null: anybody
     std::vector<Stream> streams;  ///< by stream id
+    /// Shown every item after it was published, on the publisher thread.
+    std::function<void(const OutputItem& item)> after_publishing;
     /// Makes the MessagePack of a status message, the `message`-th; called on the publisher thread when a status is
     /// due.
     std::function<MessageBuffer(bool last, std::uint64_t message)> make_status;

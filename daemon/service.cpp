@@ -102,6 +102,8 @@ Service::Service(const Config& config, PipelineThread::AllocationProbe allocatio
                                 .gate = gate};
   for (std::size_t i = 0; i < streams_.size(); ++i)
     publishing.streams.push_back({config_.sources[i].name, streams_[i].stages.rig().au_names()});
+  for (const PipelineStream& stream : streams_) slips_.emplace_back([&stream] { return stream.current_rig(); });
+  publishing.after_publishing = [this](const OutputItem& item) { slips_[item.stream_id].take(item); };
   publishing.make_status = [this](bool last, std::uint64_t message) {
     auto json = status();
     json["last"] = last;
@@ -162,6 +164,7 @@ nlohmann::json Service::status() const {
   for (std::size_t i = 0; i < inputs_.size(); ++i) {
     json["streams"][inputs_[i].name()] =
         status_of_stream(inputs_[i], streams_[i], *publisher_, static_cast<std::uint32_t>(i));
+    json["streams"][inputs_[i].name()]["slip"] = status_of_slips(slips_[i]);
   }
   json["publish"] = status_of_channel(to_publish_);
   json["publish"]["messages"] = publisher_->published();

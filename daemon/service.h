@@ -20,6 +20,7 @@
 #include "daemon/pipeline_thread.h"
 #include "daemon/publisher.h"
 #include "daemon/recorder.h"
+#include "daemon/slip_monitor.h"
 #include "daemon/stream_input.h"
 
 namespace risorius {
@@ -68,6 +69,7 @@ class Service {
 
   std::deque<StreamInput> inputs_;
   std::deque<PipelineStream> streams_;
+  std::deque<SlipMonitor> slips_;  ///< by stream
   std::unique_ptr<Recorder> recorder_;
   Counter refused_connections_;
   std::optional<CurveGate> gate_;  ///< of zmq_, whose guarded sockets are below

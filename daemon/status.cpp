@@ -122,6 +122,15 @@ nlohmann::json status_of_stream(const StreamInput& input, const PipelineStream& 
   return json;
 }
 
+nlohmann::json status_of_slips(const SlipMonitor& slips) {
+  const SlipMonitor::State state = slips.state();
+  return {{"count", state.count},
+          {"last", state.last},
+          {"stabiliser_mm", state.stabiliser_mm},
+          {"band_mm", state.band_mm},
+          {"neutral_mm", state.neutral_mm}};
+}
+
 nlohmann::json status_of_recorder(const Recorder& recorder, const Channel<OutputItem>& channel,
                                   const std::string& folder) {
   nlohmann::json json = status_of_channel(channel);
@@ -195,6 +204,8 @@ std::string summary_of(const nlohmann::json& status) {
     text += fmt::format("  cycles     longest {:.3f} ms, {} over the time between two frames; silent {} times\n",
                         s.at("cycles").at("longest_us").get<double>() * 1e-3, s.at("cycles").at("over_budget").dump(),
                         s.at("silences").dump());
+    if (const auto slip = s.at("slip").at("last").get<std::string>(); !slip.empty())
+      text += fmt::format("  slip       {}; AUs from then on are in doubt\n", slip);
     for (const char* key : {"rig_problem", "rig_absent_markers"}) {
       if (const auto problem = s.at(key).get<std::string>(); !problem.empty())
         text += fmt::format("  rig        {}\n", problem);

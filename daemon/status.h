@@ -11,12 +11,14 @@
 #include "daemon/pipeline_thread.h"
 #include "daemon/publisher.h"
 #include "daemon/recorder.h"
+#include "daemon/slip_monitor.h"
 #include "daemon/stream_input.h"
 
 namespace risorius {
 
 nlohmann::json status_of_stream(const StreamInput& input, const PipelineStream& stream, const Publisher& publisher,
                                 std::uint32_t stream_id);
+nlohmann::json status_of_slips(const SlipMonitor& slips);
 nlohmann::json status_of_recorder(const Recorder& recorder, const Channel<OutputItem>& channel,
                                   const std::string& folder);
 

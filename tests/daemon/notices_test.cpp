@@ -54,6 +54,16 @@ TEST(Notices, MarkersOfTheRigThatTheSetLacksAreTold) {
   EXPECT_TRUE(notices.update(status).empty());
 }
 
+TEST(Notices, ASlipIsToldOnce) {
+  Notices notices;
+  auto status = status_of("listening", {});
+  status["streams"]["face"]["slip"] = {{"count", 0}, {"last", ""}};
+  EXPECT_TRUE(notices.update(status).empty());
+  status["streams"]["face"]["slip"] = {{"count", 1}, {"last", "RTMP slipped by 4.0 mm at 10.0 s of its take"}};
+  EXPECT_TRUE(only_line(notices.update(status)).starts_with("face: RTMP slipped by 4.0 mm"));
+  EXPECT_TRUE(notices.update(status).empty());
+}
+
 TEST(Notices, ARefusedSourceAFullQueueAndADiskThatFailsAreTold) {
   Notices notices;
   auto status = status_of("waiting", {});
