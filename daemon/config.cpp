@@ -77,7 +77,10 @@ void visit_source(V& v, C& c) {
          "for livelink: the subject name that the app shows; \"\" = the first that sends");
   v.number("livelink_rate_hz", c.livelink_rate_hz, 0, 1000,
            "for livelink: frames per second, where the app counts in a finer base; 0 = as its packets say");
-  v.text("rig", c.rig, "\"builtin\" or the path of a rig file");
+  v.text("rig", c.rig, "\"builtin\", the path of a rig file, or an actor's folder");
+  v.text(
+      "neutral", c.neutral,
+      "of this session, in the place of the rig's: \"TAKE:FROM-TO\" (frames) or \"TAKE:auto\"; \"\" = the rig's own");
   v.text("units", c.units, "\"\" = as the sender states; else mm, cm, m");
   v.text("axes", c.axes, "\"\" = as the sender states; else three of L R U D F B");
   v.number("receive_buffer_bytes", c.receive_buffer_bytes, 4096, kGigabyte, "socket buffer asked of the kernel (UDP)");

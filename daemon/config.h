@@ -18,8 +18,9 @@ struct SourceConfig {
   std::string name = "face";
   std::string listen = "udp://127.0.0.1:7000";
   std::string rig = "builtin";
-  std::string units;  ///< "" = as the sender states
-  std::string axes;   ///< "" = as the sender states
+  std::string neutral;  ///< "TAKE:FROM-TO", "TAKE:auto"; "" = the rig's own
+  std::string units;    ///< "" = as the sender states
+  std::string axes;     ///< "" = as the sender states
   std::string zmq_pattern = "pull";
   std::int64_t zmq_high_water_mark = 1000;
   std::string curve_key, curve_clients;  ///< as of OutputConfig

@@ -83,6 +83,8 @@ constexpr auto kStreamCounters = std::to_array<CounterRow>({
      "AUs that only they show are not observed: fit a rig to this marker set, or correct the names"},
     {"continuations", kCount, "predictions", "made", ""},
     {"neutral_captures", kCount, "", "live neutrals taken", ""},
+    {"neutral_failures", kCount, "", "live neutrals that were asked for and not taken; the old one stays",
+     "the face moved by more than 4 mm rms, hid its stabilisers, or the take ended meanwhile: ask again"},
     {"slip.count", kCount, "", "stabilisers, or the head band, that came off their places",
      "AUs from then on are in doubt: press it on, fit or take the neutral anew"},
     {"slip.last", kText, "", "the last of them", ""},

@@ -119,6 +119,11 @@ void Notices::update_stream(const std::string& name, const nlohmann::json& strea
       std::exchange(before.neutral_captures, captures) != captures) {
     lines.push_back(fmt::format("{}: neutral taken", name));
   }
+  if (const auto failures = stream.value("neutral_failures", std::uint64_t{0});
+      std::exchange(before.neutral_failures, failures) != failures) {
+    lines.push_back(fmt::format(
+        "{}: neutral NOT taken: the face moved or was hidden, or the take ended meanwhile; ask again", name));
+  }
   if (stream.contains("slip")) {
     const nlohmann::json& slip = stream.at("slip");
     if (const auto slips = slip.at("count").get<std::uint64_t>(); std::exchange(before.slips, slips) != slips) {

@@ -20,7 +20,7 @@ class Notices {
   struct Stream {
     std::string state, rig_problem, absent_markers, unsolved;
     std::map<std::string, std::uint64_t> by_status;
-    std::uint64_t neutral_captures = 0, slips = 0;
+    std::uint64_t neutral_captures = 0, neutral_failures = 0, slips = 0;
   };
 
   void update_stream(const std::string& name, const nlohmann::json& stream, std::vector<std::string>& lines);

@@ -63,6 +63,7 @@ void PipelineThread::work_on(const AdmittedItem& item) {
       if (!stream.shapes) {
         stream.stages.use_marker_set(*item.marker_set);
         stream.note_fit_of_rig(*item.marker_set);
+        note_neutral_failures(stream);
       }
       stream.budget_ns = item.marker_set->rate_hz > 0 ? static_cast<std::int64_t>(1e9 / item.marker_set->rate_hz) : 0;
       hand_on_control(OutputItem::Kind::kMarkerSet, item.stream_id, item.marker_set);
@@ -72,6 +73,7 @@ void PipelineThread::work_on(const AdmittedItem& item) {
       hand_on_solved(stream, item.stream_id);
       stream.stages.reset();
       if (stream.shapes) stream.shapes->reset();
+      note_neutral_failures(stream);
       hand_on_control(OutputItem::Kind::kEndOfStream, item.stream_id, nullptr);
       break;
     case AdmittedItem::Kind::kNeutralCapture:
@@ -138,11 +140,18 @@ void PipelineThread::hand_on_frame(PipelineStream& stream, std::uint32_t stream_
     hand_on_control(OutputItem::Kind::kNeutral, stream_id, nullptr);
     out_.kind = OutputItem::Kind::kSolved;
   }
+  note_neutral_failures(stream);
   // After the frame is on its way: a prediction never delays a measurement.
   if (stream.stages.continue_from(out_.solved.aus, continuation_)) {
     stream.continuations.add();
     if (outputs_.continuations.send_frame(continuation_)) outputs_.publish.ring();
   }
+}
+
+void PipelineThread::note_neutral_failures(PipelineStream& stream) noexcept {
+  const FramePipeline::NeutralCapture& neutral = stream.stages.neutral_capture();
+  stream.neutral_failures.set(stream.shapes ? stream.shapes->neutrals_cancelled()
+                                            : neutral.refused + neutral.cancelled);
 }
 
 void PipelineThread::hand_on_control(OutputItem::Kind kind, std::uint32_t stream_id,

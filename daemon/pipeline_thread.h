@@ -53,6 +53,7 @@ struct PipelineStream {
   std::int64_t budget_ns = 0;  ///< of a cycle; 0: the set states no rate. The pipeline thread's own
   Counter continuations;
   Counter neutral_captures;  ///< completed
+  Counter neutral_failures;  ///< refused or cancelled
 
   /// The rig with its present neutral. From any thread.
   Rig current_rig() const {
@@ -106,6 +107,7 @@ class PipelineThread {
   void map_shapes(PipelineStream& stream, const AdmittedItem& item) noexcept;
   void hand_on_solved(PipelineStream& stream, std::uint32_t stream_id) noexcept;
   void hand_on_frame(PipelineStream& stream, std::uint32_t stream_id) noexcept;
+  static void note_neutral_failures(PipelineStream& stream) noexcept;
   void hand_on_control(OutputItem::Kind kind, std::uint32_t stream_id, const MarkerSet* marker_set) noexcept;
   static void note_step(void* self, PipelineStep step) noexcept;
 

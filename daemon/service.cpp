@@ -43,6 +43,11 @@ nlohmann::json shapes_json(const PipelineStream& stream, const ArkitTable& table
           {"neutral", neutral}};
 }
 
+Rig rig_of_source(const SourceConfig& source) {
+  Rig rig = rig_of_argument(source.rig);
+  return source.neutral.empty() ? rig : with_neutral_of_argument(rig, source.neutral).rig;
+}
+
 Recorder::Options recorder_options(const Config& config, const std::deque<PipelineStream>& streams) {
   Recorder::Options options{.folder = config.record.folder};
   const nlohmann::json metadata{{"risorius", kVersion},
@@ -86,7 +91,7 @@ Service::Service(const Config& config, PipelineThread::AllocationProbe allocatio
       to_publish_(static_cast<std::size_t>(config.queues.publish)),  // full: the frame is not published, counted
       continuations_(kContinuationQueue) {                           // full: the prediction is not published, counted
   for (const auto& source : config_.sources) {
-    streams_.emplace_back(source.stages.pipeline, rig_of_argument(source.rig),
+    streams_.emplace_back(source.stages.pipeline, rig_of_source(source),
                           tells_shapes(source) ? &shipped_arkit_table() : nullptr);
   }
   for (std::uint32_t i = 0; i < config_.sources.size(); ++i)

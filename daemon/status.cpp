@@ -113,6 +113,7 @@ nlohmann::json status_of_stream(const StreamInput& input, const PipelineStream& 
                     {"over_budget", cycles.over_budget.value()}};
   json["continuations"] = stream.continuations.value();
   json["neutral_captures"] = stream.neutral_captures.value();
+  json["neutral_failures"] = stream.neutral_failures.value();
   const StageLatencies& latencies = publisher.latencies(stream_id);
   json["latency_us"] = {{"exposure_to_received", histogram_json(input.exposure_to_received())},
                         {"received_to_cleaned", histogram_json(latencies.received_to_cleaned)},

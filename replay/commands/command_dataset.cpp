@@ -241,11 +241,8 @@ struct RemoveIfEmpty {
 Rig rig_of(const DatasetArguments& arguments) {
   Rig rig = rig_of_argument(arguments.rig);
   if (arguments.neutral.empty()) return rig;
-  const NeutralPlace place = parse_neutral_place(arguments.neutral);
-  const auto take = open_take_or_builtin(place.range.path.string(), arguments.take.options());
-  const ChosenNeutral chosen = read_neutral(*take, place);
-  const RenewedRig renewed = with_neutral(rig, chosen.neutral, chosen.place);
-  fmt::print("neutral {}: markers are {:.2f} mm rms from the rig's, most {} by {:.2f} mm\n", chosen.place,
+  const RenewedRig renewed = with_neutral_of_argument(rig, arguments.neutral, arguments.take.options());
+  fmt::print("neutral {}: markers are {:.2f} mm rms from the rig's, most {} by {:.2f} mm\n", renewed.place,
              renewed.moved_rms_mm, renewed.moved_most_marker, renewed.moved_most_mm);
   return renewed.rig;
 }

@@ -1,11 +1,14 @@
 #include "replay/pipeline/frame_pipeline.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
 #include <fmt/format.h>
 #include <utility>
 
 #include "capture/check.h"
 #include "capture/errors.h"
+#include "replay/pipeline/rig_neutral.h"
 
 namespace risorius {
 namespace {
@@ -29,6 +32,7 @@ FramePipeline::FramePipeline(const PipelineOptions& options, Rig rig)
       continuer_(std::make_unique<DampedVelocity>(upper_bounds_of(rig_), options.damped_velocity),
                  options.continuation),
       neutral_sum_mm_(3, static_cast<Eigen::Index>(rig_.marker_count())),
+      neutral_squares_mm2_(static_cast<Eigen::Index>(rig_.marker_count())),
       neutral_count_(static_cast<Eigen::Index>(rig_.marker_count())) {}
 
 void FramePipeline::use_marker_set(const MarkerSet& set) {
@@ -38,7 +42,7 @@ void FramePipeline::use_marker_set(const MarkerSet& set) {
   despiker_.use_marker_set(set);
   filler_.use_marker_set(set);
   set_index_of_rig_marker_ = index_map(set.names, rig_.marker_names);
-  neutral_.running = false;
+  cancel_neutral();
   rig_problem_.clear();
   try {
     solver_.use_marker_set(set);
@@ -78,10 +82,15 @@ void FramePipeline::flush() noexcept {
 }
 
 void FramePipeline::reset() noexcept {
-  neutral_.running = false;  // another take is perhaps another actor
+  cancel_neutral();  // another take is perhaps another actor
   despiker_.reset();
   filler_.reset();
   solver_.flush();
+}
+
+void FramePipeline::cancel_neutral() noexcept {
+  if (neutral_.running) ++neutral_.cancelled;
+  neutral_.running = false;
 }
 
 void FramePipeline::begin_neutral_capture(std::int64_t duration_ns) noexcept {
@@ -90,6 +99,7 @@ void FramePipeline::begin_neutral_capture(std::int64_t duration_ns) noexcept {
   neutral_begin_ns_.reset();
   neutral_.frames = 0;
   neutral_sum_mm_.setZero();
+  neutral_squares_mm2_.setZero();
   neutral_count_.setZero();
 }
 
@@ -114,23 +124,30 @@ void FramePipeline::add_to_neutral(const SolvedFrame& frame) {
     const int i = set_index_of_rig_marker_[m];
     if (i < 0 || frame.markers.state[static_cast<std::size_t>(i)] != MarkerState::kMeasured) continue;
     const Position& p = frame.markers.position_mm[static_cast<std::size_t>(i)];
-    neutral_sum_mm_.col(static_cast<Eigen::Index>(m)) +=
-        head_from_world_rotation * (Eigen::Vector3d(p.x, p.y, p.z) - head_in_world);
-    neutral_count_[static_cast<Eigen::Index>(m)] += 1;
+    const auto column = static_cast<Eigen::Index>(m);
+    const Eigen::Vector3d in_head = head_from_world_rotation * (Eigen::Vector3d(p.x, p.y, p.z) - head_in_world);
+    neutral_sum_mm_.col(column) += in_head;
+    neutral_squares_mm2_[column] += (in_head - rig_.neutral_mm.col(column)).squaredNorm();
+    neutral_count_[column] += 1;
   }
 }
 
 void FramePipeline::finish_neutral() {
   neutral_.running = false;
   Rig renewed = rig_;
-  double largest_shift_mm = 0;
+  double largest_shift_mm = 0, motion_mm2 = 0, markers = 0;
   for (Eigen::Index m = 0; m < neutral_count_.size(); ++m) {
     if (neutral_count_[m] < kNeutralPresence * neutral_.frames) continue;
     const Eigen::Vector3d mean = neutral_sum_mm_.col(m) / neutral_count_[m];
-    largest_shift_mm = std::max(largest_shift_mm, (mean - rig_.neutral_mm.col(m)).norm());
+    const double shift_mm2 = (mean - rig_.neutral_mm.col(m)).squaredNorm();
+    largest_shift_mm = std::max(largest_shift_mm, std::sqrt(shift_mm2));
+    motion_mm2 += std::max(0.0, neutral_squares_mm2_[m] / neutral_count_[m] - shift_mm2);
+    ++markers;
     renewed.neutral_mm.col(m) = mean;
   }
-  if (!problems_of(renewed).empty()) {  // such as stabilisers on one line: the old neutral stays
+  neutral_.motion_mm = markers > 0 ? std::sqrt(motion_mm2 / markers) : 0;
+  // No stabilisers in sight or on one line, or a face that spoke: the old neutral stays.
+  if (!problems_of(renewed).empty() || neutral_.motion_mm > kLargestMotionMm) {
     ++neutral_.refused;
     return;
   }

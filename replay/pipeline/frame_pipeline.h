@@ -79,14 +79,16 @@ class FramePipeline {
   bool continue_from(const AuFrame& frame, Continuation& out) noexcept { return continuer_.process(frame, out); }
 
   /// From the next frame on, average the measured markers in the head frame for `duration_ns` of capture time and then
-  /// put the mean in the place of the rig's neutral (the AU fields stay). The end of the take or another set cancels
-  /// it.
+  /// put the mean in the place of the rig's neutral (the AU fields stay). A face that moves meanwhile by more than
+  /// kLargestMotionMm is refused; the end of the take or another set cancels it.
   void begin_neutral_capture(std::int64_t duration_ns) noexcept;
   struct NeutralCapture {
     std::uint64_t completed = 0;  ///< how many have ended
-    std::uint64_t refused = 0;    ///< how many gave no face
+    std::uint64_t refused = 0;    ///< how many gave no neutral: no face, or one that moved
+    std::uint64_t cancelled = 0;  ///< how many the end of the take or another set ended
     std::uint32_t frames = 0;     ///< that the last one averaged
     double largest_shift_mm = 0;  ///< of a marker, last one
+    double motion_mm = 0;         ///< rms of the markers about their means, last one
     bool running = false;
   };
   const NeutralCapture& neutral_capture() const noexcept { return neutral_; }
@@ -104,6 +106,7 @@ class FramePipeline {
   }
   void add_to_neutral(const SolvedFrame& frame);
   void finish_neutral();
+  void cancel_neutral() noexcept;
 
   Rig rig_;
   Despiker despiker_;
@@ -122,6 +125,7 @@ class FramePipeline {
   std::int64_t neutral_duration_ns_ = 0;
   std::optional<std::int64_t> neutral_begin_ns_;
   Eigen::Matrix3Xd neutral_sum_mm_;
+  Eigen::VectorXd neutral_squares_mm2_;  // sums of squared distances from the present neutral
   Eigen::VectorXd neutral_count_;
 };
 

@@ -74,7 +74,7 @@ RenewedRig with_neutral(const Rig& rig, const Neutral& neutral, const std::strin
   }
   const RigidAlignment head_from_world = align_majority(from, to, weight);
   if (!head_from_world.determined) throw UserError(place, "its markers are on one line", "choose other frames");
-  RenewedRig renewed{.rig = rig};
+  RenewedRig renewed{.rig = rig, .place = place};
   double squares = 0;
   for (std::size_t m = 0; m < index.size(); ++m) {
     if (weight[m] == 0) continue;

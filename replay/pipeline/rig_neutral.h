@@ -28,6 +28,7 @@ inline constexpr double kDoubtedMotionMm = 1, kLargestMotionMm = 4;
 
 struct RenewedRig {
   Rig rig;
+  std::string place;        ///< that the neutral is from
   double moved_rms_mm = 0;  ///< of the markers against the old neutral, the head's motion taken out
   double moved_most_mm = 0;
   std::string moved_most_marker;

@@ -40,6 +40,7 @@ ShapeMapper::ShapeMapper(const ArkitTable& table, const Rig& rig)
 
 void ShapeMapper::reset() noexcept {
   std::ranges::fill(last_, kNone);
+  if (neutral_running_) ++neutrals_cancelled_;
   neutral_running_ = false;
 }
 

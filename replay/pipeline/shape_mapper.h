@@ -37,6 +37,7 @@ class ShapeMapper {
   /// off every shape (which stays 0 or above) before it is mapped.
   void begin_neutral_capture(std::int64_t duration_ns) noexcept;
   std::uint64_t neutrals_completed() const noexcept { return neutrals_completed_; }
+  std::uint64_t neutrals_cancelled() const noexcept { return neutrals_cancelled_; }
   /// What is taken off, by shape; all 0 at first.
   const std::array<double, kFaceShapes>& neutral() const noexcept { return neutral_; }
 
@@ -62,7 +63,7 @@ class ShapeMapper {
   bool neutral_running_ = false;
   std::int64_t neutral_duration_ns_ = 0;
   std::optional<std::int64_t> neutral_begin_ns_;
-  std::uint64_t neutrals_completed_ = 0;
+  std::uint64_t neutrals_completed_ = 0, neutrals_cancelled_ = 0;
 };
 
 }  // namespace risorius

@@ -77,6 +77,8 @@ TEST(Notices, ARefusedSourceAFullQueueAndADiskThatFailsAreTold) {
   EXPECT_EQ(only_line(notices.update(status)), "recording: session/take: No space left on device");
   face["neutral_captures"] = 1;
   EXPECT_EQ(only_line(notices.update(status)), "face: neutral taken");
+  face["neutral_failures"] = 1;
+  EXPECT_TRUE(only_line(notices.update(status)).starts_with("face: neutral NOT taken"));
   EXPECT_TRUE(notices.update(status).empty());
 }
 

@@ -128,6 +128,19 @@ TEST(Service, RefusesKeysItCannotUse) {
   }
 }
 
+TEST(Service, TakesTheNeutralOfASessionAndNamesOneThatItCannotUse) {
+  Config config = on_free_ports();
+  config.sources[0].neutral = "builtin:4:0-20";
+  EXPECT_NO_THROW(Service{config});
+  config.sources[0].neutral = "nowhere.c3d:20-90";
+  try {
+    const Service service(config);
+    FAIL();
+  } catch (const UserError& error) {
+    EXPECT_NE(std::string(error.what()).find("nowhere.c3d"), std::string::npos) << error.what();
+  }
+}
+
 TEST(Service, EndsCleanlyWithoutAnyFrame) {
   Service service(on_free_ports());
   std::jthread running([&] { service.run(); });

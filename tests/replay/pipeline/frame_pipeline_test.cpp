@@ -1,5 +1,6 @@
 #include "replay/pipeline/frame_pipeline.h"
 
+#include <cmath>
 #include <cstring>
 #include <gtest/gtest.h>
 #include <vector>
@@ -117,6 +118,42 @@ TEST(FramePipeline, CapturedNeutralReplacesTheRigsOwn) {
   EXPECT_EQ(pipeline.neutral_capture().frames, 50u);  // 0.5 s at 100 Hz
   EXPECT_LT(out.aus.residual_rms_mm, 1e-3) << "the face is its own neutral now";
   for (std::uint32_t i = 0; i < out.aus.count; ++i) EXPECT_LT(out.aus.intensity[i], 1e-3);
+}
+
+TEST(FramePipeline, AFaceThatMovesGivesNoNeutralAndTheEndOfTheTakeCancelsOne) {
+  const Rig rig = builtin_rig();
+  PerformerTake take(rig, {.seconds = 2, .noise_mm = 0, .occlusion_share = 0, .false_track_share = 0});
+  MarkerFrame still;
+  ASSERT_TRUE(take.next(still));
+  FramePipeline pipeline({}, rig);
+  pipeline.use_marker_set(take.info().markers);
+  SolvedFrame out;
+  const auto play = [&](int from, int to, float swing_mm) {
+    for (int i = from; i < to; ++i) {
+      MarkerFrame frame = still;
+      frame.header.sequence = static_cast<std::uint64_t>(i);
+      frame.header.capture_time_ns = std::int64_t{i} * 10'000'000;
+      for (std::uint32_t m = 0; m < frame.count; ++m) {
+        if (rig.stabiliser_weight[static_cast<Eigen::Index>(m)] > 0) continue;
+        frame.position_mm[m].y += swing_mm * static_cast<float>(std::sin(0.2 * i));
+      }
+      ASSERT_TRUE(pipeline.push(frame));
+      ASSERT_TRUE(pipeline.pop(out));
+    }
+  };
+  play(0, 10, 0);
+  pipeline.begin_neutral_capture(1'000'000'000);
+  play(10, 150, 14);
+  EXPECT_EQ(pipeline.neutral_capture().refused, 1u);
+  EXPECT_EQ(pipeline.neutral_capture().completed, 0u);
+  EXPECT_GT(pipeline.neutral_capture().motion_mm, 4);
+  EXPECT_EQ(pipeline.rig().neutral_mm, rig.neutral_mm) << "the old one stays";
+  pipeline.begin_neutral_capture(1'000'000'000);
+  play(150, 160, 0);
+  pipeline.reset();
+  EXPECT_EQ(pipeline.neutral_capture().cancelled, 1u);
+  pipeline.reset();
+  EXPECT_EQ(pipeline.neutral_capture().cancelled, 1u) << "once";
 }
 
 TEST(FramePipeline, CleansMarkersThatTheRigDoesNotKnow) {
