@@ -44,6 +44,9 @@ class McapReader {
   /// After kEnd: whether the file has its end. A whole file may have damages all the same.
   bool whole() const noexcept { return whole_; }
   const std::filesystem::path& path() const noexcept { return path_; }
+  /// How far it has read, and how long the file is, in bytes.
+  std::uint64_t offset() const noexcept { return offset_; }
+  std::uint64_t size() const noexcept { return size_; }
 
  private:
   std::optional<Item> take_from_chunk();
