@@ -38,6 +38,7 @@ void visit_output(V& v, C& c) {
 template <class V, class C>
 void visit_record(V& v, C& c) {
   v.text("folder", c.folder, "dataset folder to make and record into; \"\" = do not record");
+  v.text("session", c.session, "MCAP file to make and record the whole session into; \"\" = do not");
   v.text("follow", c.follow, "\"always\", or \"tracker\": record only while the tracker (Motive, QTM) itself records");
   v.text("pseudonym", c.pseudonym, "of the recorded person, kept with the data");
   v.text("consent", c.consent, "reference to the person's consent, kept with the data");
@@ -50,6 +51,8 @@ void visit_queues(V& v, C& c) {
            "frames from the sources to the pipeline; full: the newest is dropped, counted");
   v.number("publish", c.publish, 16, 65536, "frames to the publisher; full: not published, counted");
   v.number("record", c.record, 16, 65536, "frames to the recorder; full: not recorded, counted");
+  v.number("session_mib", c.session_mib, 1, 1024,
+           "MiB of each of the two queues to the session's file; full: not recorded, counted");
 }
 
 template <class V, class C>
@@ -206,6 +209,13 @@ Config default_config() { return Config{.sources = {SourceConfig{}}}; }
 
 namespace {
 
+bool lies_in(const std::filesystem::path& file, const std::filesystem::path& folder) {
+  if (file.empty() || folder.empty()) return false;
+  const auto relative = std::filesystem::absolute(file).lexically_normal().lexically_relative(
+      std::filesystem::absolute(folder).lexically_normal());
+  return !relative.empty() && *relative.begin() != "..";
+}
+
 Config config_of(const toml::table& table, const std::string& place) {
   Config config;
   ConfigProblems problems;
@@ -215,6 +225,10 @@ Config config_of(const toml::table& table, const std::string& place) {
   if (config.record.follow != "always" && config.record.follow != "tracker") {
     problems.add("record.follow", fmt::format("\"{}\" is neither \"always\" nor \"tracker\"", config.record.follow),
                  "give one of them");
+  }
+  if (lies_in(config.record.session, config.record.folder)) {
+    problems.add("record.session", "lies in record.folder, whose manifest is written before the session ends",
+                 "give a file elsewhere");
   }
   const bool any_port = config.output.publish.ends_with(":*") || config.output.publish.ends_with(":0");
   if (!any_port && config.output.publish == config.output.control) {

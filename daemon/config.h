@@ -57,13 +57,15 @@ struct OutputConfig {
 };
 
 struct RecordConfig {
-  std::string folder;
+  std::string folder;   ///< "" = no dataset
+  std::string session;  ///< "" = no session file
   std::string follow = "always";
   std::string pseudonym, consent, licence;
 };
 
 struct QueueConfig {
   std::int64_t admission = 1024, publish = 1024, record = 4096;
+  std::int64_t session_mib = 16;
 };
 
 struct Config {

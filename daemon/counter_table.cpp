@@ -138,6 +138,19 @@ constexpr auto kServiceCounters = std::to_array<CounterRow>({
     {"record.frames_outside", kCount, "frames", "that came while the tracker did not record (`follow = \"tracker\"`)",
      ""},
     {"record.takes", kCount, "takes", "finished", ""},
+    {"session.file", kText, "", "the session's MCAP file", ""},
+    {"session.problem", kText, "", "the disk's first error with it", "the disk: full, gone, or not to be written"},
+    {"session.bytes", kGauge, "bytes", "of the file", ""},
+    {"session.messages", kCount, "messages", "on the disk", ""},
+    {"session.not_written", kLoss, "messages", "that the disk refused", "see `session.problem`"},
+    {"session.dropped_datagrams", kLoss, "datagrams", "received, but not recorded: the queue was full",
+     "the disk is too slow, or a flood; `[queues] session_mib`"},
+    {"session.dropped_ticks", kLoss, "items", "admitted, but not recorded: the queue was full",
+     "the disk is too slow; `[queues] session_mib`"},
+    {"session.dropped_results", kLoss, "messages", "published, but not recorded: the queue was full",
+     "the disk is too slow; `[queues] session_mib`"},
+    {"session.queued_bytes", kGauge, "bytes", "in the two queues to the file", ""},
+    {"session.high_water_bytes", kGauge, "bytes", "the most there ever were in them", ""},
 });
 
 std::string_view word_of(CounterKind kind) {

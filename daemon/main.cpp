@@ -1,5 +1,6 @@
 // risoriusd: the live service.
 #include <CLI/CLI.hpp>
+#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <fmt/format.h>
@@ -26,6 +27,8 @@ int main(int argc, char** argv) {
     fmt::print("{}", risorius::counter_tables_markdown());
     return 0;
   }
+  // A file that may not grow is an error of the recorder's, not the end of the service.
+  std::signal(SIGXFSZ, SIG_IGN);
   try {
     const risorius::Config config = path.empty() ? risorius::default_config() : risorius::load_config(path);
     if (print) {

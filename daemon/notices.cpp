@@ -138,9 +138,12 @@ void Notices::update_stream(const std::string& name, const nlohmann::json& strea
 std::vector<std::string> Notices::update(const nlohmann::json& status) {
   std::vector<std::string> lines;
   for (const auto& [name, stream] : status.at("streams").items()) update_stream(name, stream, lines);
-  const nlohmann::json::json_pointer record("/record/problem");
-  const auto problem = status.contains(record) ? status.at(record).get<std::string>() : std::string();
-  if (std::exchange(record_problem_, problem) != problem && !problem.empty()) lines.push_back("recording: " + problem);
+  for (const char* where : {"/record/problem", "/session/problem"}) {
+    const nlohmann::json::json_pointer pointer(where);
+    const auto problem = status.contains(pointer) ? status.at(pointer).get<std::string>() : std::string();
+    if (std::exchange(record_problems_[where], problem) != problem && !problem.empty())
+      lines.push_back("recording: " + problem);
+  }
   add_losses("service", status, service_counters(), told_, lines);
   return lines;
 }

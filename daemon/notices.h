@@ -28,8 +28,8 @@ class Notices {
   static std::string commonest_status(const nlohmann::json& stream, Stream& before);
 
   std::map<std::string, Stream> streams_;
-  std::string record_problem_;
-  std::map<std::string, std::uint64_t> told_;  ///< losses, by where and name
+  std::map<std::string, std::string> record_problems_;  ///< by where they stand
+  std::map<std::string, std::uint64_t> told_;           ///< losses, by where and name
 };
 
 }  // namespace risorius

@@ -74,6 +74,7 @@ void Publisher::publish(const OutputItem& item) {
     context.names = stream.au_names;
     encode_aus(aus, context, buffer_);
     send("au");
+    record(SessionTopic::kAus, item.stream_id, context.publish_time_ns);
     if (aus.header.receive_time_ns > 0) note_latencies(item, state.latencies);
   }
   // A stream of face shapes has no markers.
@@ -82,6 +83,7 @@ void Publisher::publish(const OutputItem& item) {
     context.names = state.marker_names;
     encode_markers(item.solved.markers, context, buffer_);
     send("markers");
+    record(SessionTopic::kMarkerView, item.stream_id, context.publish_time_ns);
   }
 }
 
@@ -102,6 +104,7 @@ void Publisher::publish(const Continuation& continuation) {
                                .names = stream.au_names};
   encode_continuation(continuation, context, buffer_);
   send("continuation");
+  record(SessionTopic::kContinuations, continuation.header.stream_id, context.publish_time_ns);
 }
 
 void Publisher::send(std::string_view topic) {
@@ -114,6 +117,12 @@ void Publisher::send(std::string_view topic) {
 void Publisher::send_status(bool last) {
   buffer_ = options_.make_status(last, status_messages_++);
   send("status");
+  record(SessionTopic::kStatus, 0, monotonic_now_ns());
+}
+
+/// What was just sent.
+void Publisher::record(SessionTopic topic, std::uint32_t stream_id, std::int64_t time_ns) noexcept {
+  if (options_.session != nullptr) options_.session->published(topic, stream_id, buffer_, time_ns);
 }
 
 }  // namespace risorius

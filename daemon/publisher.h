@@ -16,8 +16,9 @@
 #include "capture/wire/curve_gate.h"
 #include "daemon/channel.h"
 #include "daemon/latency_histogram.h"
-#include "daemon/messages.h"
 #include "daemon/pipeline_items.h"
+#include "daemon/session_recorder.h"
+#include "replay/live/messages.h"
 
 namespace risorius {
 
@@ -33,10 +34,11 @@ class Publisher {
     std::vector<std::string> au_names;
   };
   struct Options {
-    std::string endpoint;         ///< such as "tcp://127.0.0.1:7001"; throws UserError if it cannot be bound
-    int high_water_mark = 1000;   ///< messages per subscriber
-    CurveGate* gate = nullptr;    ///< who may subscribe; null: anybody
-    std::vector<Stream> streams;  ///< by stream id
+    std::string endpoint;                ///< such as "tcp://127.0.0.1:7001"; throws UserError if it cannot be bound
+    int high_water_mark = 1000;          ///< messages per subscriber
+    CurveGate* gate = nullptr;           ///< who may subscribe; null: anybody
+    SessionRecorder* session = nullptr;  ///< records what is published; may be null
+    std::vector<Stream> streams;         ///< by stream id
     /// Shown every item after it was published, on the publisher thread.
     std::function<void(const OutputItem& item)> after_publishing;
     /// Makes the MessagePack of a status message, the `message`-th; called on the publisher thread when a status is
@@ -72,6 +74,7 @@ class Publisher {
   static void note_latencies(const OutputItem& item, StageLatencies& latencies) noexcept;
   void publish(const Continuation& continuation);
   void send(std::string_view topic);
+  void record(SessionTopic topic, std::uint32_t stream_id, std::int64_t time_ns) noexcept;
   void send_status(bool last);
 
   Options options_;

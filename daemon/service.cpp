@@ -6,6 +6,7 @@
 //                                                     '-> continue ==continuations_==^
 //                                                                      '==to_record_==> recorder thread -> dataset
 //                                                                      folder
+//   datagrams, admitted items ==ring==> session thread <==ring== what was published; -> MCAP file
 //
 // Data flows to the right only. A value never depends on how fast a thread is: frames are dropped at admission or not
 // at all.
@@ -81,6 +82,23 @@ Recorder::Options recorder_options(const Config& config, const std::deque<Pipeli
   return options;
 }
 
+SessionDescription session_description(const Config& config, const std::deque<PipelineStream>& streams) {
+  SessionDescription description{.config_toml = print_config(config),
+                                 .facts = {{"risorius", kVersion},
+                                           {"instruction_set", kInstructionSet},
+                                           {"pseudonym", config.record.pseudonym},
+                                           {"consent", config.record.consent},
+                                           {"licence", config.record.licence}},
+                                 .monotonic_ns = monotonic_now_ns(),
+                                 .utc_ns = utc_now_ns()};
+  for (std::size_t i = 0; i < streams.size(); ++i) {
+    const std::string& listen = config.sources[i].listen;
+    description.streams.push_back(
+        {config.sources[i].name, listen.substr(0, listen.find("://")), rig_to_json(streams[i].current_rig())});
+  }
+  return description;
+}
+
 }  // namespace
 
 Service::Service(const Config& config, PipelineThread::AllocationProbe allocation_probe)
@@ -94,8 +112,14 @@ Service::Service(const Config& config, PipelineThread::AllocationProbe allocatio
     streams_.emplace_back(source.stages.pipeline, rig_of_source(source),
                           tells_shapes(source) ? &shipped_arkit_table() : nullptr);
   }
-  for (std::uint32_t i = 0; i < config_.sources.size(); ++i)
-    inputs_.emplace_back(io_, i, config_.sources[i], admitted_, [this] { publisher_->request_status(); });
+  if (!config_.record.session.empty()) {
+    session_ = std::make_unique<SessionRecorder>(streams_.size(), static_cast<std::size_t>(config_.queues.session_mib)
+                                                                      << 20);  // full: not recorded, counted
+  }
+  for (std::uint32_t i = 0; i < config_.sources.size(); ++i) {
+    inputs_.emplace_back(
+        io_, i, config_.sources[i], admitted_, [this] { publisher_->request_status(); }, session_.get());
+  }
   auto curve = load_curve_server(config_.output.curve_key, config_.output.curve_clients, "[output]");
   if (!curve.keys.secret_key.empty()) gate_.emplace(io_, zmq_, std::move(curve), refused_connections_);
   CurveGate* const gate = gate_ ? &*gate_ : nullptr;
@@ -104,7 +128,8 @@ Service::Service(const Config& config, PipelineThread::AllocationProbe allocatio
 
   Publisher::Options publishing{.endpoint = config_.output.publish,
                                 .high_water_mark = static_cast<int>(config_.output.high_water_mark),
-                                .gate = gate};
+                                .gate = gate,
+                                .session = session_.get()};
   for (std::size_t i = 0; i < streams_.size(); ++i)
     publishing.streams.push_back({config_.sources[i].name, streams_[i].stages.rig().au_names()});
   for (const PipelineStream& stream : streams_) slips_.emplace_back([&stream] { return stream.current_rig(); });
@@ -117,14 +142,29 @@ Service::Service(const Config& config, PipelineThread::AllocationProbe allocatio
     return MessageBuffer(bytes.begin(), bytes.end());
   };
   publisher_ = std::make_unique<Publisher>(zmq_, std::move(publishing), to_publish_, continuations_);
-  // Last of what can fail: a dataset folder is made only for a service that starts.
-  if (!config_.record.folder.empty()) {
+  begin_recording();
+  pipeline_ = std::make_unique<PipelineThread>(
+      admitted_, streams_, PipelineThread::Outputs{to_publish_, continuations_, to_record_.get()}, allocation_probe);
+}
+
+/// Last of what can fail: files are made only for a service that starts.
+void Service::begin_recording() {
+  bool session_made = false;
+  try {
+    if (session_) session_->start(config_.record.session, session_description(config_, streams_));
+    session_made = session_ != nullptr;
+    if (config_.record.folder.empty()) return;
     to_record_ = std::make_unique<Channel<OutputItem>>(
         static_cast<std::size_t>(config_.queues.record));  // full: not recorded, counted
     recorder_ = std::make_unique<Recorder>(recorder_options(config_, streams_), *to_record_);
+  } catch (...) {
+    publisher_->stop();  // while all that its last status looks at is there
+    if (session_made) {
+      session_->stop();
+      std::filesystem::remove(config_.record.session);
+    }
+    throw;
   }
-  pipeline_ = std::make_unique<PipelineThread>(
-      admitted_, streams_, PipelineThread::Outputs{to_publish_, continuations_, to_record_.get()}, allocation_probe);
 }
 
 // The threads end before what they read: the publisher's last status looks at all parts.
@@ -132,6 +172,7 @@ Service::~Service() {
   if (pipeline_) pipeline_->stop();
   if (recorder_) recorder_->stop();
   if (publisher_) publisher_->stop();
+  if (session_) session_->stop();
 }
 
 void Service::run() {
@@ -147,6 +188,12 @@ void Service::run() {
   pipeline_->stop();
   if (recorder_) recorder_->stop();
   publisher_->stop();
+  if (session_) session_->stop();
+}
+
+std::string Service::recording_problem() const {
+  const std::string problem = recorder_ ? recorder_->problem() : std::string();
+  return problem.empty() && session_ ? session_->problem() : problem;
 }
 
 void Service::stop() { io_.stop(); }
@@ -177,6 +224,7 @@ nlohmann::json Service::status() const {
   json["admission"] = status_of_channel(admitted_);
   json["control"] = {{"refused", control_->refused()}};
   json["connections"] = {{"refused", refused_connections_.value()}};
+  if (session_) json["session"] = session_->status();
   if (recorder_) json["record"] = status_of_recorder(*recorder_, *to_record_, config_.record.folder);
   return json;
 }

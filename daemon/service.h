@@ -20,6 +20,7 @@
 #include "daemon/pipeline_thread.h"
 #include "daemon/publisher.h"
 #include "daemon/recorder.h"
+#include "daemon/session_recorder.h"
 #include "daemon/slip_monitor.h"
 #include "daemon/stream_input.h"
 
@@ -46,12 +47,13 @@ class Service {
   const std::string& publish_endpoint() const { return publisher_->endpoint(); }
   const std::string& control_endpoint() const { return control_->endpoint(); }
   std::uint64_t allocations_in_frames() const { return pipeline_->allocations_in_frames(); }
-  /// The recorder's first problem; empty if it had none.
-  std::string recording_problem() const { return recorder_ ? recorder_->problem() : std::string(); }
+  /// The first problem of the dataset, else of the session's file; empty if there was none.
+  std::string recording_problem() const;
 
  private:
   nlohmann::json answer(const nlohmann::json& request);
   nlohmann::json capture_neutral(const nlohmann::json& request);
+  void begin_recording();
   void arm_status_timer();
 
   Config config_;
@@ -67,6 +69,7 @@ class Service {
   Channel<Continuation> continuations_;
   std::unique_ptr<Channel<OutputItem>> to_record_;
 
+  std::unique_ptr<SessionRecorder> session_;  ///< before what records into it
   std::deque<StreamInput> inputs_;
   std::deque<PipelineStream> streams_;
   std::deque<SlipMonitor> slips_;  ///< by stream

@@ -220,6 +220,15 @@ std::string summary_of(const nlohmann::json& status) {
                         record.at("frames").dump(), record.at("takes").dump(), record.at("folder").get<std::string>(),
                         record.at("dropped").dump(), record.at("frames_not_written").dump());
   }
+  if (status.contains("session")) {
+    const auto& session = status.at("session");
+    text += fmt::format(
+        "session: {} messages in {} ({} bytes); not recorded: {} datagrams, {} ticks, {} results; "
+        "refused by the disk: {}\n",
+        session.at("messages").dump(), session.at("file").get<std::string>(), session.at("bytes").dump(),
+        session.at("dropped_datagrams").dump(), session.at("dropped_ticks").dump(),
+        session.at("dropped_results").dump(), session.at("not_written").dump());
+  }
   return text;
 }
 

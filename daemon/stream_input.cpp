@@ -15,10 +15,12 @@ constexpr double kLiveSkewPpm = 2000;
 }  // namespace
 
 StreamInput::StreamInput(boost::asio::io_context& io, std::uint32_t stream_id, const SourceConfig& config,
-                         Channel<AdmittedItem>& admitted, std::function<void()> on_state_change)
+                         Channel<AdmittedItem>& admitted, std::function<void()> on_state_change,
+                         SessionRecorder* session)
     : name_(config.name),
       stream_id_(stream_id),
       admitted_(admitted),
+      session_(session),
       tells_shapes_(tells_shapes(config)),
       reorder_(config.stages.reorder),
       shape_reorder_(config.stages.reorder),
@@ -26,7 +28,9 @@ StreamInput::StreamInput(boost::asio::io_context& io, std::uint32_t stream_id, c
       tick_timer_(io),
       tick_period_ns_(std::max<std::int64_t>(1'000'000, config.stages.reorder.timeout_ns / 4)),
       watchdog_timer_(io),
-      on_state_change_(std::move(on_state_change)) {}
+      on_state_change_(std::move(on_state_change)) {
+  if (session_ != nullptr) source_->tap_raw(session_->raw_tap(stream_id_));
+}
 
 void StreamInput::start() { source_->start(); }
 
@@ -99,7 +103,14 @@ void StreamInput::admit_ordered(AdmittedItem::Kind kind, const FrameHeader& head
   const bool has_set = use_set_of(header);
   item_.kind = kind;
   item_.stream_id = stream_id_;
-  (has_set && admitted_.send_frame(item_) ? admission_.emitted : admission_.dropped).add();
+  const bool admitted = has_set && admitted_.send_frame(item_);
+  (admitted ? admission_.emitted : admission_.dropped).add();
+  if (admitted) note_admitted();
+}
+
+/// After the item is on its way.
+void StreamInput::note_admitted() noexcept {
+  if (session_ != nullptr) session_->admitted(item_);
 }
 
 void StreamInput::flush_reorder() {
@@ -129,7 +140,10 @@ bool StreamInput::admit_control(AdmittedItem::Kind kind, const MarkerSet* set) {
   item_.kind = kind;
   item_.stream_id = stream_id_;
   item_.marker_set = set;
-  if (admitted_.send_control(item_)) return true;
+  if (admitted_.send_control(item_)) {
+    note_admitted();
+    return true;
+  }
   control_lost_.add();
   return false;
 }

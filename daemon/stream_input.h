@@ -20,16 +20,17 @@
 #include "daemon/config.h"
 #include "daemon/latency_histogram.h"
 #include "daemon/pipeline_items.h"
+#include "daemon/session_recorder.h"
 #include "daemon/watchdog.h"
 
 namespace risorius {
 
 class StreamInput {
  public:
-  /// `on_state_change`: called on the I/O thread when the stream goes stale or comes back. Throws UserError if the
-  /// address cannot be bound.
+  /// `on_state_change`: called on the I/O thread when the stream goes stale or comes back. `session`: records what is
+  /// received and admitted; may be null. Throws UserError if the address cannot be bound.
   StreamInput(boost::asio::io_context& io, std::uint32_t stream_id, const SourceConfig& config,
-              Channel<AdmittedItem>& admitted, std::function<void()> on_state_change);
+              Channel<AdmittedItem>& admitted, std::function<void()> on_state_change, SessionRecorder* session);
 
   void start();
   /// Closes the socket and admits what is left, then the end of the stream.
@@ -66,6 +67,7 @@ class StreamInput {
   void describe(const MarkerSet& set);
   bool use_set_of(const FrameHeader& header);
   bool admit_control(AdmittedItem::Kind kind, const MarkerSet* set);
+  void note_admitted() noexcept;
   void end_stream();
   void arm_tick();
   void note_arrival(const FrameHeader& header) noexcept;
@@ -75,6 +77,7 @@ class StreamInput {
   std::string name_;
   std::uint32_t stream_id_;
   Channel<AdmittedItem>& admitted_;
+  SessionRecorder* session_;
   bool tells_shapes_;
   ReorderWindow reorder_;  ///< one of the two is used
   ReorderWindowOf<ShapeFrame> shape_reorder_;

@@ -176,6 +176,7 @@ struct NatnetSource::Impl : std::enable_shared_from_this<NatnetSource::Impl> {
       const std::uint32_t drops = batch.drops(i, port.known_drops);
       counters.kernel_drops.add(drops - port.known_drops);  // modulo 2^32, as the kernel counts
       port.known_drops = drops;
+      tap(batch.datagram(i), batch.sender(i), receive_time_ns);
       if (is_from_server(i)) {
         session.push(batch.datagram(i), receive_time_ns);
       } else {
@@ -248,6 +249,7 @@ struct NatnetSource::Impl : std::enable_shared_from_this<NatnetSource::Impl> {
   std::function<void()> on_ready;
   ReceiveBatch batch{kBatch, kMaxNatnetDatagramBytes + 1};
   NatnetDatagram outgoing;
+  RawTap tap;
   bool running = false, paused = false, timer_armed = false;
 };
 
@@ -256,6 +258,8 @@ NatnetSource::NatnetSource(boost::asio::io_context& io, const NatnetSourceOption
     : impl_(std::make_shared<Impl>(io, options, std::move(on_ready))) {}
 
 NatnetSource::~NatnetSource() { stop(); }
+
+void NatnetSource::tap_raw(const RawTap& tap) noexcept { impl_->tap = tap; }
 
 void NatnetSource::start() {
   if (impl_->running || !impl_->command.socket.is_open()) return;

@@ -34,6 +34,7 @@ class NatnetSource : public Source {
   NatnetSource(boost::asio::io_context& io, const NatnetSourceOptions& options, std::function<void()> on_ready);
   ~NatnetSource() override;
 
+  void tap_raw(const RawTap& tap) noexcept override;
   void start() override;
   void stop() noexcept override;
   void resume() override;

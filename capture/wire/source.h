@@ -13,6 +13,7 @@
 #include <string_view>
 
 #include "capture/counters.h"
+#include "capture/wire/raw_tap.h"
 #include "capture/wire/source_event.h"
 
 namespace risorius {
@@ -86,6 +87,8 @@ class Source {
  public:
   virtual ~Source() = default;
 
+  /// Before start(): hands every datagram, message or piece of a connection's packets to the tap as it is received.
+  virtual void tap_raw(const RawTap& tap) noexcept = 0;
   virtual void start() = 0;
   /// Closes the sockets; on_ready is not called any more. Final.
   virtual void stop() noexcept = 0;

@@ -46,7 +46,7 @@ struct TrackerClient::Impl : std::enable_shared_from_this<TrackerClient::Impl> {
         datagrams(io),
         link(io, chosen.link,
              {.connected = [this] { connected(); },
-              .received = [this](auto bytes, std::int64_t time_ns) { return session->receive(bytes, time_ns); },
+              .received = [this](auto bytes, std::int64_t time_ns) { return received(bytes, time_ns); },
               .round_done = [this] { return round_done(); },
               .lost = [this] { lost(); }}) {}
 
@@ -61,6 +61,13 @@ struct TrackerClient::Impl : std::enable_shared_from_this<TrackerClient::Impl> {
     }
     session->connected(monotonic_now_ns());
     say();
+  }
+
+  /// What was not used is offered again: it is not yet told to the tap.
+  std::size_t received(std::span<const std::byte> bytes, std::int64_t time_ns) {
+    const std::size_t used = session->receive(bytes, time_ns);
+    if (tap && used > 0) tap(bytes.first(used), RawOrigin{}, time_ns);
+    return used;
   }
 
   /// At our end of the connection, on a port of the system's choice: nothing else can reach it from other networks.
@@ -101,6 +108,7 @@ struct TrackerClient::Impl : std::enable_shared_from_this<TrackerClient::Impl> {
       const std::uint32_t drops = batch->drops(i, known_drops);
       counters().kernel_drops.add(drops - known_drops);  // modulo 2^32, as the kernel counts
       known_drops = drops;
+      tap(batch->datagram(i), batch->sender(i), time_ns);
       if (!comes_from(batch->sender(i), peer)) {
         counters().foreign.add();
         continue;
@@ -181,6 +189,7 @@ struct TrackerClient::Impl : std::enable_shared_from_this<TrackerClient::Impl> {
   boost::asio::ip::address peer;
   std::optional<ReceiveBatch> batch;
   std::uint32_t known_drops = 0;
+  RawTap tap;
   bool running = false, ticking_fast = false, datagrams_paused = false;
   TcpLink link;
 };
@@ -190,6 +199,8 @@ TrackerClient::TrackerClient(boost::asio::io_context& io, const TrackerClientOpt
     : impl_(std::make_shared<Impl>(io, options, std::move(session), std::move(on_ready))) {}
 
 TrackerClient::~TrackerClient() { stop(); }
+
+void TrackerClient::tap_raw(const RawTap& tap) noexcept { impl_->tap = tap; }
 
 void TrackerClient::start() {
   if (std::exchange(impl_->running, true)) return;

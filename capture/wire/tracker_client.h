@@ -25,6 +25,7 @@ class TrackerClient : public Source {
                 std::unique_ptr<TrackerSession> session, std::function<void()> on_ready);
   ~TrackerClient() override;
 
+  void tap_raw(const RawTap& tap) noexcept override;
   void start() override;
   void stop() noexcept override;
   void resume() override;

@@ -79,6 +79,7 @@ struct UdpSourceOf<Decoder, Options>::Impl : std::enable_shared_from_this<Impl> 
       const std::uint32_t drops = batch.drops(i, known_drops);
       counters.kernel_drops.add(drops - known_drops);  // modulo 2^32, as the kernel counts
       known_drops = drops;
+      tap(batch.datagram(i), batch.sender(i), receive_time_ns);
       decoder.push(batch.datagram(i), receive_time_ns);
     }
     if (count > 0) counters.link = LinkState::kStreaming;
@@ -104,6 +105,7 @@ struct UdpSourceOf<Decoder, Options>::Impl : std::enable_shared_from_this<Impl> 
   std::function<void()> on_ready;
   ReceiveBatch batch{kBatch, kSlotBytes};
   SourceCounters& counters;
+  RawTap tap;
   std::uint32_t known_drops = 0;
   std::string address;
   std::uint16_t port = 0;
@@ -133,6 +135,11 @@ UdpSourceOf<Decoder, Options>::UdpSourceOf(boost::asio::io_context& io, const Ud
 template <class Decoder, class Options>
 UdpSourceOf<Decoder, Options>::~UdpSourceOf() {
   stop();
+}
+
+template <class Decoder, class Options>
+void UdpSourceOf<Decoder, Options>::tap_raw(const RawTap& tap) noexcept {
+  impl_->tap = tap;
 }
 
 template <class Decoder, class Options>

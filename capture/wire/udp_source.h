@@ -38,6 +38,7 @@ class UdpSourceOf : public Source {
   UdpSourceOf(boost::asio::io_context& io, const UdpSourceOptionsOf<Options>& options, std::function<void()> on_ready);
   ~UdpSourceOf() override;
 
+  void tap_raw(const RawTap& tap) noexcept override;
   void start() override;
   void stop() noexcept override;
   void resume() override;

@@ -107,7 +107,9 @@ struct ZmqSource::Impl : std::enable_shared_from_this<ZmqSource::Impl> {
     }
     const auto bytes = static_cast<std::size_t>(size);
     if (bytes > buffer.size()) counters.truncated.add();
-    decoder.push(std::span<const std::byte>(buffer).first(std::min(bytes, buffer.size())), receive_time_ns);
+    const auto message = std::span<const std::byte>(buffer).first(std::min(bytes, buffer.size()));
+    tap(message, RawOrigin{}, receive_time_ns);
+    decoder.push(message, receive_time_ns);
     counters.link = LinkState::kStreaming;
     return true;
   }
@@ -137,6 +139,7 @@ struct ZmqSource::Impl : std::enable_shared_from_this<ZmqSource::Impl> {
   stream_descriptor descriptor;
   boost::asio::io_context& io;
   std::function<void()> on_ready;
+  RawTap tap;
   std::array<std::byte, kBufferBytes> buffer{};
   bool running = false, paused = false;
 };
@@ -145,6 +148,8 @@ ZmqSource::ZmqSource(boost::asio::io_context& io, const ZmqSourceOptions& option
     : impl_(std::make_shared<Impl>(io, options, std::move(on_ready))) {}
 
 ZmqSource::~ZmqSource() { stop(); }
+
+void ZmqSource::tap_raw(const RawTap& tap) noexcept { impl_->tap = tap; }
 
 void ZmqSource::start() {
   if (impl_->running || !impl_->descriptor.is_open()) return;

@@ -37,6 +37,7 @@ class ZmqSource : public Source {
   ZmqSource(boost::asio::io_context& io, const ZmqSourceOptions& options, std::function<void()> on_ready);
   ~ZmqSource() override;
 
+  void tap_raw(const RawTap& tap) noexcept override;
   void start() override;
   void stop() noexcept override;
   void resume() override;

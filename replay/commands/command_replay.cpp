@@ -9,6 +9,7 @@
 #include "replay/commands/commands.h"
 #include "replay/commands/curve_arguments.h"
 #include "replay/commands/pace_arguments.h"
+#include "replay/commands/replay_session.h"
 #include "replay/commands/take_arguments.h"
 #include "replay/live/loop_clock.h"
 #include "replay/live/pacer.h"
@@ -22,7 +23,7 @@ namespace {
 volatile std::sig_atomic_t interrupted = 0;
 
 struct ReplayArguments {
-  std::string take, target;
+  std::string take, target, stream;
   bool quiet = false;
   PaceArguments pace;
   CurveArguments curve;
@@ -40,6 +41,16 @@ void print_statistics(const Sender& sender, const Pacer& pacer) {
 }
 
 void replay(const ReplayArguments& arguments) {
+  if (is_session_file(arguments.take)) {
+    if (arguments.pace.loop) throw UserError("--loop", "a session is replayed once", "leave it out");
+    return replay_session({.path = arguments.take,
+                           .stream = arguments.stream,
+                           .target = arguments.target,
+                           .speed = arguments.pace.speed_factor(),
+                           .quiet = arguments.quiet,
+                           .curve = arguments.curve.client()});
+  }
+  if (!arguments.stream.empty()) throw UserError("--stream", "a take has one stream", "leave it out");
   const SendTarget target = parse_send_target(arguments.target);
   const double speed = arguments.pace.speed_factor();
   const auto take = open_take_or_builtin(arguments.take, arguments.take_arguments.options());
@@ -78,11 +89,12 @@ void replay(const ReplayArguments& arguments) {
 }  // namespace
 
 void add_replay_command(CLI::App& app) {
-  CLI::App* command =
-      app.add_subcommand("replay", "stream a take to risoriusd, or to anybody who reads the native protocol");
+  CLI::App* command = app.add_subcommand(
+      "replay", "stream a take, or a recorded session as it came, to risoriusd or whoever reads the native protocol");
   auto arguments = std::make_shared<ReplayArguments>();
-  command->add_option("take", arguments->take, kTakeNames)->required();
+  command->add_option("take", arguments->take, std::string(kTakeNames) + "; or a session, NAME.mcap")->required();
   command->add_option("--to", arguments->target, "udp://HOST:PORT or zmq+tcp://HOST:PORT")->required();
+  command->add_option("--stream", arguments->stream, "of a session that has several");
   arguments->pace.add_to(*command);
   arguments->curve.add_to(*command);
   command->add_flag("--quiet", arguments->quiet, "no progress line");

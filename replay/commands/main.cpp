@@ -7,6 +7,7 @@
 #include "capture/version.h"
 #include "replay/commands/command_rom.h"
 #include "replay/commands/commands.h"
+#include "replay/commands/session_commands.h"
 #include "replay/commands/unknown_subcommand.h"
 #include "replay/unfinished_paths.h"
 
@@ -28,6 +29,9 @@ int main(int argc, char** argv) {
   risorius::add_rom_command(app);
   risorius::add_dataset_command(app);
   risorius::add_report_command(app);
+  risorius::add_info_command(app);
+  risorius::add_recover_command(app);
+  risorius::add_verify_command(app);
   risorius::add_watch_command(app);
   risorius::add_control_command(app);
   risorius::add_keys_command(app);

@@ -6,7 +6,6 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <vector>
 
@@ -14,6 +13,7 @@
 #include "capture/marker_set.h"
 #include "capture/wire/curve_keys.h"
 #include "capture/wire/marker_codec.h"
+#include "replay/live/datagram_sender.h"
 #include "replay/live/send_target.h"
 
 namespace risorius {
@@ -55,16 +55,12 @@ class Sender {
   const SenderStatistics& statistics() const noexcept { return statistics_; }
 
  private:
-  class Channel;
-  class UdpChannel;
-  class ZmqChannel;
-
   bool send(std::size_t bytes);
   void send_set_in_force();
 
   SenderOptions options_;
   std::uint32_t session_;
-  std::unique_ptr<Channel> channel_;
+  DatagramSender channel_;
   DatagramBuffer buffer_{};
   MarkerSet set_;
   std::uint16_t revision_ = 0;

@@ -144,10 +144,7 @@ void read_source_stages(const toml::array& sources, const std::string& name, Sta
                "choose one with --source: " + names);
 }
 
-}  // namespace
-
-StageConfig load_stage_config(const std::filesystem::path& path, const std::string& source) {
-  const toml::table table = parse_toml_file(path);
+StageConfig stage_config_of(const toml::table& table, const std::string& place, const std::string& source) {
   ConfigProblems problems;
   TomlReader reader(table, "", problems);
   StageConfig stages;
@@ -157,8 +154,18 @@ StageConfig load_stage_config(const std::filesystem::path& path, const std::stri
     read_source_stages(*sources->as_array(), source, stages, problems);
   }
   reader.refuse_unknown();
-  throw_if_any(problems, path.string());
+  throw_if_any(problems, place);
   return stages;
+}
+
+}  // namespace
+
+StageConfig load_stage_config(const std::filesystem::path& path, const std::string& source) {
+  return stage_config_of(parse_toml_file(path), path.string(), source);
+}
+
+StageConfig parse_stage_config(std::string_view toml, const std::string& place, const std::string& source) {
+  return stage_config_of(parse_toml(toml, place), place, source);
 }
 
 }  // namespace risorius

@@ -30,5 +30,7 @@ void throw_if_any(const ConfigProblems& problems, const std::string& place);
 /// The stage tables of a configuration file of the daemon as they hold for the [[source]] named `source` ("" if there
 /// is at most one); its other tables are left to the daemon. Throws UserError.
 StageConfig load_stage_config(const std::filesystem::path& path, const std::string& source);
+/// The same of its text; `place` names it in errors.
+StageConfig parse_stage_config(std::string_view toml, const std::string& place, const std::string& source);
 
 }  // namespace risorius

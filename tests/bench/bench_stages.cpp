@@ -11,7 +11,7 @@
 #include "capture/monotonic_clock.h"
 #include "capture/wire/marker_stream_decoder.h"
 #include "capture/wire/reorder_window.h"
-#include "daemon/messages.h"
+#include "replay/live/messages.h"
 #include "replay/performer/performer.h"
 #include "replay/pipeline/frame_pipeline.h"
 #include "solve/faces/builtin_face.h"

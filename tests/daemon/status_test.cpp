@@ -57,6 +57,7 @@ TEST(Status, EveryNumberStandsInTheTableAndEveryRowInTheStatus) {
   test::TemporaryFolder folder;
   Config config = on_free_ports();
   config.record.folder = (folder.path() / "rec").string();
+  config.record.session = (folder.path() / "session.mcap").string();
   const Service service(config);
   nlohmann::json status = service.status();
   std::set<std::string> of_stream, of_service;

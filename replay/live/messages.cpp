@@ -1,4 +1,4 @@
-#include "daemon/messages.h"
+#include "replay/live/messages.h"
 
 #include <cmath>
 #include <msgpuck.h>

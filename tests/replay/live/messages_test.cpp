@@ -1,5 +1,5 @@
 // The messages are read back by another implementation of MessagePack.
-#include "daemon/messages.h"
+#include "replay/live/messages.h"
 
 #include <cmath>
 #include <gtest/gtest.h>

@@ -1,0 +1,140 @@
+#include "daemon/session_recorder.h"
+
+#include <chrono>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "capture/monotonic_clock.h"
+#include "replay/session/tick_codec.h"
+
+namespace risorius {
+namespace {
+
+/// How often the thread looks into the rings. A session's data are on the disk after this and a chunk's time.
+constexpr auto kLook = std::chrono::milliseconds(20);
+
+void encode(const AdmittedItem& item, ByteAppender& out) {
+  const std::string_view name(item.recording_name_bytes.data(), item.recording_name_size);
+  switch (item.kind) {
+    case AdmittedItem::Kind::kFrame:
+      return encode_tick(item.frame, out);
+    case AdmittedItem::Kind::kShapes:
+      return encode_tick(item.shapes, out);
+    case AdmittedItem::Kind::kMarkerSet:
+      return encode_tick(*item.marker_set, out);
+    case AdmittedItem::Kind::kEndOfStream:
+      return encode_end_of_stream_tick(out);
+    case AdmittedItem::Kind::kNeutralCapture:
+      return encode_neutral_tick(item.duration_ns, out);
+    case AdmittedItem::Kind::kRecordingStarted:
+      return encode_recording_tick(true, name, out);
+    case AdmittedItem::Kind::kRecordingStopped:
+      return encode_recording_tick(false, name, out);
+  }
+}
+
+}  // namespace
+
+SessionRecorder::SessionRecorder(std::size_t streams, std::size_t ring_bytes)
+    : keep_for_ticks_(ring_bytes / 4), received_(ring_bytes), results_(ring_bytes), streams_(streams) {}
+
+SessionRecorder::~SessionRecorder() { stop(); }
+
+void SessionRecorder::start(std::filesystem::path path, SessionDescription description) {
+  writer_ = std::make_unique<SessionWriter>(std::move(path), std::move(description));
+  thread_ = std::thread([this] { run(); });
+}
+
+void SessionRecorder::stop() {
+  {
+    const std::scoped_lock lock(mutex_);
+    stopping_ = true;
+  }
+  ended_.notify_one();
+  if (thread_.joinable()) thread_.join();
+}
+
+void SessionRecorder::receive(void* self, std::uint32_t stream_id, std::span<const std::byte> bytes,
+                              const RawOrigin& origin, std::int64_t receive_time_ns) noexcept {
+  auto& recorder = *static_cast<SessionRecorder*>(self);
+  const RecordRing::Head head{.kind = static_cast<std::uint16_t>(SessionTopic::kRaw),
+                              .stream = static_cast<std::uint16_t>(stream_id),
+                              .sequence = recorder.streams_[stream_id].raw++,
+                              .time_ns = receive_time_ns};
+  static_assert(std::is_trivially_copyable_v<RawOrigin>);
+  const auto from = std::as_bytes(std::span<const RawOrigin, 1>(&origin, 1));
+  if (!recorder.received_.try_push(head, from, bytes, recorder.keep_for_ticks_)) recorder.dropped_datagrams_.add();
+}
+
+void SessionRecorder::admitted(const AdmittedItem& item) noexcept {
+  encode(item, tick_);
+  const RecordRing::Head head{.kind = static_cast<std::uint16_t>(SessionTopic::kTicks),
+                              .stream = static_cast<std::uint16_t>(item.stream_id),
+                              .sequence = streams_[item.stream_id].ticks++,
+                              .time_ns = monotonic_now_ns()};
+  if (!received_.try_push(head, tick_.bytes())) dropped_ticks_.add();
+}
+
+void SessionRecorder::published(SessionTopic topic, std::uint32_t stream_id, std::span<const char> message,
+                                std::int64_t time_ns) noexcept {
+  RecordRing::Head head{
+      .kind = static_cast<std::uint16_t>(topic), .stream = static_cast<std::uint16_t>(stream_id), .time_ns = time_ns};
+  if (topic == SessionTopic::kStatus) {
+    head.sequence = statuses_++;
+  } else {
+    Stream& stream = streams_[stream_id];
+    if (topic == SessionTopic::kMarkerView && !stream.marker_view.takes(time_ns)) return;
+    if (topic == SessionTopic::kAus) head.sequence = stream.aus++;
+    if (topic == SessionTopic::kContinuations) head.sequence = stream.continuations++;
+  }
+  if (!results_.try_push(head, std::as_bytes(message))) dropped_results_.add();
+}
+
+void SessionRecorder::run() noexcept {
+  while (true) {
+    std::unique_lock lock(mutex_);
+    ended_.wait_for(lock, kLook, [this] { return stopping_; });
+    const bool last_round = stopping_;
+    lock.unlock();
+    // First the mark: a result that is written now has its Tick in the file already.
+    const std::size_t results_end = results_.end();
+    drain(received_, received_.end());
+    drain(results_, results_end);
+    if (last_round) break;
+    writer_->keep_time(monotonic_now_ns());
+  }
+  writer_->finish({{"dropped datagrams", std::to_string(dropped_datagrams_.value())},
+                   {"dropped ticks", std::to_string(dropped_ticks_.value())},
+                   {"dropped results", std::to_string(dropped_results_.value())},
+                   {"end_utc_ns", std::to_string(utc_now_ns())}});
+}
+
+void SessionRecorder::drain(RecordRing& ring, std::size_t end) noexcept {
+  while (const auto record = ring.front(end)) {
+    const RecordRing::Head& head = record->head;
+    const auto topic = static_cast<SessionTopic>(head.kind);
+    if (topic == SessionTopic::kRaw) {
+      RawOrigin origin;
+      std::memcpy(&origin, record->payload.data(), sizeof origin);
+      writer_->write_raw(head.stream, head.sequence, head.time_ns, origin, record->payload.subspan(sizeof origin));
+    } else {
+      writer_->write(topic, head.stream, head.sequence, head.time_ns, record->payload);
+    }
+    ring.release(*record);
+  }
+}
+
+nlohmann::json SessionRecorder::status() const {
+  return {{"file", writer_ ? writer_->path().string() : ""},
+          {"problem", problem()},
+          {"bytes", writer_ ? writer_->bytes().value() : 0},
+          {"messages", writer_ ? writer_->messages().value() : 0},
+          {"not_written", writer_ ? writer_->not_written().value() : 0},
+          {"dropped_datagrams", dropped_datagrams_.value()},
+          {"dropped_ticks", dropped_ticks_.value()},
+          {"dropped_results", dropped_results_.value()},
+          {"queued_bytes", received_.size() + results_.size()},
+          {"high_water_bytes", received_.high_water() + results_.high_water()}};
+}
+
+}  // namespace risorius

@@ -1,0 +1,77 @@
+// Records a session to one MCAP file (replay/session/): what the sources received, what was admitted, what was
+// published. Two rings, one from the I/O thread and one from the publisher's, end in a thread of its own, so no frame
+// ever waits for the disk: what finds a ring full is not recorded, and counted. Datagrams give way first: the last
+// quarter of a ring is for the Ticks, which are the truth.
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <thread>
+
+#include "capture/counters.h"
+#include "capture/wire/raw_tap.h"
+#include "daemon/pipeline_items.h"
+#include "daemon/record_ring.h"
+#include "replay/session/session_writer.h"
+
+namespace risorius {
+
+class SessionRecorder {
+ public:
+  /// `ring_bytes`: of each of the two rings.
+  SessionRecorder(std::size_t streams, std::size_t ring_bytes);
+  ~SessionRecorder();
+  SessionRecorder(const SessionRecorder&) = delete;
+  SessionRecorder& operator=(const SessionRecorder&) = delete;
+
+  /// Makes the file and begins. Throws UserError. What was offered before is recorded, too.
+  void start(std::filesystem::path path, SessionDescription description);
+  /// After both producers ended: writes what is queued and the report, and completes the file.
+  void stop();
+
+  // The I/O thread.
+  RawTap raw_tap(std::uint32_t stream_id) noexcept { return {&SessionRecorder::receive, this, stream_id}; }
+  void admitted(const AdmittedItem& item) noexcept;
+
+  // The publisher's thread. `message` as it was published; of topic markers for kMarkerView, which takes what is due.
+  void published(SessionTopic topic, std::uint32_t stream_id, std::span<const char> message,
+                 std::int64_t time_ns) noexcept;
+
+  /// For the status (daemon/counter_table.h).
+  nlohmann::json status() const;
+  /// The first problem; empty if there was none.
+  std::string problem() const { return writer_ ? writer_->problem() : std::string(); }
+
+ private:
+  struct Stream {
+    std::uint32_t raw = 0, ticks = 0;          ///< offered; the I/O thread's
+    std::uint32_t aus = 0, continuations = 0;  ///< the publisher's
+    ViewDecimator marker_view;
+  };
+
+  static void receive(void* self, std::uint32_t stream_id, std::span<const std::byte> bytes, const RawOrigin& origin,
+                      std::int64_t receive_time_ns) noexcept;
+  void run() noexcept;
+  void drain(RecordRing& ring, std::size_t end) noexcept;
+
+  std::size_t keep_for_ticks_;
+  RecordRing received_, results_;
+  std::deque<Stream> streams_;
+  ByteAppender tick_;
+  std::uint32_t statuses_ = 0;
+  Counter dropped_datagrams_, dropped_ticks_, dropped_results_;
+  std::unique_ptr<SessionWriter> writer_;
+  std::mutex mutex_;
+  std::condition_variable ended_;
+  bool stopping_ = false;
+  std::thread thread_;
+};
+
+}  // namespace risorius

@@ -1,0 +1,49 @@
+// risorius verify: a session solved again, and compared with what was recorded.
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <memory>
+
+#include "capture/errors.h"
+#include "replay/commands/session_commands.h"
+#include "replay/progress_line.h"
+#include "replay/session/session_verify.h"
+
+namespace risorius {
+namespace {
+
+void verify(const std::string& path) {
+  SessionVerdict verdict;
+  {
+    ProgressLine progress("solving", "bytes");
+    verdict = verify_session(path, [&progress](std::uint64_t done, std::uint64_t of) { progress.show(done, of); });
+  }
+  for (const std::string& note : verdict.notes) fmt::print("note: {}\n", note);
+  fmt::print("{:<28} {:>8} {:>10} {:>13} {:>11}\n", "topic", "equal", "different", "not recorded", "not solved");
+  for (const VerifiedTopic& topic : verdict.topics) {
+    fmt::print("{:<28} {:>8} {:>10} {:>13} {:>11}\n", shown(topic.topic), topic.equal, topic.different,
+               topic.not_recorded, topic.not_solved);
+    if (topic.first_different_sequence) fmt::print("  first different: frame {}\n", *topic.first_different_sequence);
+  }
+  fmt::print("{} ticks, {} missing; the file is {}\n", verdict.ticks, verdict.missing_ticks,
+             verdict.whole ? "whole" : "not whole: risorius info");
+  if (verdict.different() > 0) {
+    throw UserError(path, fmt::format("{} messages differ from what was recorded", verdict.different()),
+                    verdict.missing_ticks > 0 ? "Ticks are missing in it, and stages remember"
+                    : verdict.notes.empty()   ? "report this"
+                                              : "solve it with the program that recorded it");
+  }
+  if (verdict.equal() == 0) throw UserError(path, "there is nothing to compare", "no AUs were recorded");
+  fmt::print("equal bit for bit\n");
+}
+
+}  // namespace
+
+void add_verify_command(CLI::App& app) {
+  CLI::App* command = app.add_subcommand(
+      "verify", "solve a recorded session again with its own configuration and rig, and compare bit for bit");
+  auto path = std::make_shared<std::string>();
+  command->add_option("file", *path, "MCAP file of [record] session")->required();
+  command->callback([path] { verify(*path); });
+}
+
+}  // namespace risorius

@@ -1,0 +1,74 @@
+// Reads an MCAP file from its begin to its end, and as far as it goes if the end is missing: chunks whose CRC does not
+// fit, and what comes after a torn record, are left out and reported, never guessed at. Trusts no declared size beyond
+// the bytes that are there. Reads what McapWriter writes, and other files with chunks
+// and without compression.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "replay/mcap/mcap_records.h"
+
+namespace risorius {
+
+/// A part of the file that could not be read.
+struct McapDamage {
+  std::uint64_t offset = 0;  ///< of the record
+  std::string problem;
+  std::optional<std::int64_t> start_ns, end_ns;  ///< of the messages in it, as far as that is known
+};
+
+class McapReader {
+ public:
+  /// Throws UserError if the file cannot be opened or is no MCAP file.
+  explicit McapReader(std::filesystem::path path);
+  ~McapReader();
+  McapReader(const McapReader&) = delete;
+  McapReader& operator=(const McapReader&) = delete;
+
+  enum class Item : std::uint8_t { kMessage, kMetadata, kEnd };
+  /// The next one. Throws UserError if the file needs something that we cannot do (compression), or the disk fails.
+  Item next();
+
+  const McapMessage& message() const noexcept { return message_; }
+  const McapMetadata& metadata() const noexcept { return metadata_; }
+  /// Those met so far, by id.
+  const std::map<std::uint16_t, McapChannel>& channels() const noexcept { return channels_; }
+  const std::map<std::uint16_t, McapSchema>& schemas() const noexcept { return schemas_; }
+  /// Met so far; complete after kEnd.
+  const std::vector<McapDamage>& damages() const noexcept { return damages_; }
+  /// After kEnd: whether the file has its end. A whole file may have damages all the same.
+  bool whole() const noexcept { return whole_; }
+  const std::filesystem::path& path() const noexcept { return path_; }
+  /// How far it has read, and how long the file is, in bytes.
+  std::uint64_t offset() const noexcept { return offset_; }
+  std::uint64_t size() const noexcept { return size_; }
+
+ private:
+  std::optional<Item> take_from_chunk();
+  std::optional<Item> take_record(McapOp op, std::span<const std::byte> content);
+  bool read_record();
+  void open_chunk(std::span<const std::byte> content);
+  void read_at(std::uint64_t offset, std::size_t bytes, std::vector<std::byte>& into);
+  void damage(std::string problem);
+
+  std::filesystem::path path_;
+  int descriptor_ = -1;
+  std::uint64_t size_ = 0, offset_ = 0, record_offset_ = 0;
+  std::uint32_t crc_ = 0;          ///< of what was read
+  std::vector<std::byte> record_;  ///< the record at record_offset_
+  McapOp op_{};
+  std::span<const std::byte> chunk_;  ///< what is left of the chunk in record_
+  bool in_chunk_ = false, ended_ = false, whole_ = false;
+  McapMessage message_;
+  McapMetadata metadata_;
+  std::map<std::uint16_t, McapChannel> channels_;
+  std::map<std::uint16_t, McapSchema> schemas_;
+  std::vector<McapDamage> damages_;
+};
+
+}  // namespace risorius

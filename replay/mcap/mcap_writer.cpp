@@ -1,0 +1,240 @@
+#include "replay/mcap/mcap_writer.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <fcntl.h>
+#include <system_error>
+#include <unistd.h>
+
+#include "capture/check.h"
+#include "capture/errors.h"
+#include "capture/version.h"
+
+namespace risorius {
+namespace {
+
+[[noreturn]] void fail(const std::filesystem::path& path, const char* what, int problem) {
+  throw UserError(path.string(), std::string(what) + ": " + std::generic_category().message(problem),
+                  problem == EEXIST   ? "give another name, or move the file away"
+                  : problem == ENOSPC ? "make room on the disk"
+                                      : "is its folder there, and writable?");
+}
+
+}  // namespace
+
+McapWriter::McapWriter(std::filesystem::path path) : path_(std::move(path)) {
+  descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  if (descriptor_ < 0) fail(path_, "cannot be created", errno);
+  buffer_.append_bytes(std::as_bytes(std::span(kMcapMagic)));
+  const std::size_t begin = begin_mcap_record(McapOp::kHeader, buffer_);
+  append_mcap_text("", buffer_);  // no profile: nobody else's conventions
+  append_mcap_text(std::string("risorius ") + kVersion, buffer_);
+  end_mcap_record(begin, buffer_);
+  flush(false);
+}
+
+McapWriter::~McapWriter() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+std::uint16_t McapWriter::add_schema(std::string name, std::string encoding, std::string data) {
+  RISORIUS_CHECK(schemas_.size() < 65535);
+  const auto id = static_cast<std::uint16_t>(schemas_.size() + 1);
+  schemas_.push_back({id, std::move(name), std::move(encoding), std::move(data)});
+  return id;
+}
+
+std::uint16_t McapWriter::add_channel(std::uint16_t schema_id, std::string topic, std::string message_encoding,
+                                      McapTexts metadata) {
+  RISORIUS_CHECK(channels_.size() < 65535 && schema_id <= schemas_.size());
+  const auto id = static_cast<std::uint16_t>(channels_.size());
+  channels_.push_back({{id, schema_id, std::move(topic), std::move(message_encoding), std::move(metadata)}, 0, {}});
+  return id;
+}
+
+void McapWriter::write(const McapMessage& message) {
+  RISORIUS_CHECK(message.channel_id < channels_.size() && message.log_time_ns >= 0);
+  const bool first = chunk_.size() == 0;
+  Channel& channel = channels_[message.channel_id];
+  if (channel.in_chunk.empty()) {
+    // Every chunk can be read without those before it.
+    if (const std::uint16_t schema_id = channel.record.schema_id; schema_id != 0)
+      append_mcap_record(schemas_[schema_id - 1U], chunk_);
+    append_mcap_record(channel.record, chunk_);
+  }
+  chunk_start_ns_ = first ? message.log_time_ns : std::min(chunk_start_ns_, message.log_time_ns);
+  chunk_end_ns_ = first ? message.log_time_ns : std::max(chunk_end_ns_, message.log_time_ns);
+  channel.in_chunk.emplace_back(message.log_time_ns, chunk_.size());
+  append_mcap_record(message, chunk_);
+}
+
+void McapWriter::end_chunk() {
+  if (chunk_.size() == 0) return;
+  Index index{.start_ns = chunk_start_ns_, .end_ns = chunk_end_ns_, .offset = offset_, .records_bytes = chunk_.size()};
+  const std::size_t begin = begin_mcap_record(McapOp::kChunk, buffer_);
+  buffer_.append(index.start_ns);
+  buffer_.append(index.end_ns);
+  buffer_.append(index.records_bytes);
+  buffer_.append(mcap_crc(chunk_.bytes()));
+  append_mcap_text("", buffer_);  // no compression
+  buffer_.append(index.records_bytes);
+  buffer_.append_bytes(chunk_.bytes());
+  end_mcap_record(begin, buffer_);
+  index.bytes = buffer_.size();
+  for (Channel& channel : channels_) {
+    if (channel.in_chunk.empty()) continue;
+    index.message_indexes[channel.record.id] = offset_ + buffer_.size();
+    const std::size_t record = begin_mcap_record(McapOp::kMessageIndex, buffer_);
+    buffer_.append(channel.record.id);
+    buffer_.append(static_cast<std::uint32_t>(16 * channel.in_chunk.size()));
+    for (const auto& [time_ns, at] : channel.in_chunk) {
+      buffer_.append(time_ns);
+      buffer_.append(at);
+    }
+    end_mcap_record(record, buffer_);
+  }
+  index.index_bytes = buffer_.size() - index.bytes;
+  chunk_.clear();
+  try {
+    flush(true);
+  } catch (const UserError&) {
+    for (Channel& channel : channels_) channel.in_chunk.clear();
+    throw;
+  }
+  start_ns_ = indexes_.empty() ? index.start_ns : std::min(start_ns_, index.start_ns);
+  end_ns_ = std::max(end_ns_, index.end_ns);
+  indexes_.push_back(std::move(index));
+  for (Channel& channel : channels_) {
+    channel.messages += channel.in_chunk.size();
+    messages_ += channel.in_chunk.size();
+    channel.in_chunk.clear();
+  }
+}
+
+void McapWriter::write_metadata(const McapMetadata& metadata) {
+  end_chunk();
+  NamedPlace place{metadata.name, offset_, 0};
+  append_mcap_record(metadata, buffer_);
+  place.bytes = buffer_.size();
+  flush(true);
+  metadata_.push_back(std::move(place));
+}
+
+void McapWriter::finish() {
+  end_chunk();
+  const std::size_t end = begin_mcap_record(McapOp::kDataEnd, buffer_);
+  buffer_.append(data_crc_);
+  end_mcap_record(end, buffer_);
+  flush(false);
+  append_summary();
+  buffer_.append_bytes(std::as_bytes(std::span(kMcapMagic)));
+  flush(true);
+  if (::close(std::exchange(descriptor_, -1)) != 0) fail(path_, "cannot be closed", errno);
+}
+
+void McapWriter::append_group(McapOp op, std::size_t begin, std::uint64_t summary_start, ByteAppender& offsets) {
+  if (buffer_.size() == begin) return;
+  const std::size_t record = begin_mcap_record(McapOp::kSummaryOffset, offsets);
+  offsets.append(static_cast<std::uint8_t>(op));
+  offsets.append(summary_start + begin);
+  offsets.append(std::uint64_t{buffer_.size() - begin});
+  end_mcap_record(record, offsets);
+}
+
+void McapWriter::append_index(const Index& index) {
+  const std::size_t record = begin_mcap_record(McapOp::kChunkIndex, buffer_);
+  buffer_.append(index.start_ns);
+  buffer_.append(index.end_ns);
+  buffer_.append(index.offset);
+  buffer_.append(index.bytes);
+  buffer_.append(static_cast<std::uint32_t>(10 * index.message_indexes.size()));
+  for (const auto& [channel, at] : index.message_indexes) {
+    buffer_.append(channel);
+    buffer_.append(at);
+  }
+  buffer_.append(index.index_bytes);
+  append_mcap_text("", buffer_);
+  buffer_.append(index.records_bytes);
+  buffer_.append(index.records_bytes);
+  end_mcap_record(record, buffer_);
+}
+
+void McapWriter::append_summary() {
+  // buffer_ is empty: what is appended now begins at offset_.
+  const std::uint64_t start = offset_;
+  ByteAppender offsets;
+  std::size_t begin = buffer_.size();
+  for (const McapSchema& schema : schemas_) append_mcap_record(schema, buffer_);
+  append_group(McapOp::kSchema, begin, start, offsets);
+  begin = buffer_.size();
+  for (const Channel& channel : channels_) append_mcap_record(channel.record, buffer_);
+  append_group(McapOp::kChannel, begin, start, offsets);
+
+  begin = buffer_.size();
+  const std::size_t statistics = begin_mcap_record(McapOp::kStatistics, buffer_);
+  buffer_.append(messages_);
+  buffer_.append(static_cast<std::uint16_t>(schemas_.size()));
+  buffer_.append(static_cast<std::uint32_t>(channels_.size()));
+  buffer_.append(std::uint32_t{0});  // attachments
+  buffer_.append(static_cast<std::uint32_t>(metadata_.size()));
+  buffer_.append(static_cast<std::uint32_t>(indexes_.size()));
+  buffer_.append(start_ns_);
+  buffer_.append(end_ns_);
+  buffer_.append(static_cast<std::uint32_t>(10 * channels_.size()));
+  for (const Channel& channel : channels_) {
+    buffer_.append(channel.record.id);
+    buffer_.append(channel.messages);
+  }
+  end_mcap_record(statistics, buffer_);
+  append_group(McapOp::kStatistics, begin, start, offsets);
+
+  begin = buffer_.size();
+  for (const Index& index : indexes_) append_index(index);
+  append_group(McapOp::kChunkIndex, begin, start, offsets);
+  begin = buffer_.size();
+  for (const NamedPlace& place : metadata_) {
+    const std::size_t record = begin_mcap_record(McapOp::kMetadataIndex, buffer_);
+    buffer_.append(place.offset);
+    buffer_.append(place.bytes);
+    append_mcap_text(place.name, buffer_);
+    end_mcap_record(record, buffer_);
+  }
+  append_group(McapOp::kMetadataIndex, begin, start, offsets);
+
+  const std::uint64_t offsets_start = start + buffer_.size();
+  buffer_.append_bytes(offsets.bytes());
+  buffer_.append(static_cast<std::uint8_t>(McapOp::kFooter));
+  buffer_.append(std::uint64_t{20});
+  buffer_.append(start);
+  buffer_.append(offsets_start);
+  buffer_.append(mcap_crc(buffer_.bytes()));  // of the summary, up to here
+}
+
+void McapWriter::flush(bool durable) {
+  RISORIUS_CHECK(descriptor_ >= 0);
+  std::span<const std::byte> rest = buffer_.bytes();
+  std::uint64_t end = offset_;
+  int problem = 0;
+  while (!rest.empty() && problem == 0) {
+    const ssize_t written = ::pwrite(descriptor_, rest.data(), rest.size(), static_cast<off_t>(end));
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) {
+      problem = written == 0 ? ENOSPC : errno;
+      break;
+    }
+    end += static_cast<std::uint64_t>(written);
+    rest = rest.subspan(static_cast<std::size_t>(written));
+  }
+  if (problem == 0 && durable && ::fdatasync(descriptor_) != 0) problem = errno;
+  if (problem != 0) {
+    // Without half a record at its end the file can go on where it was, once there is room again.
+    buffer_.clear();
+    if (::ftruncate(descriptor_, static_cast<off_t>(offset_)) != 0) fail(path_, "cannot be cut back", errno);
+    fail(path_, "cannot be written", problem);
+  }
+  data_crc_ = mcap_crc(buffer_.bytes(), data_crc_);
+  offset_ = end;
+  buffer_.clear();
+}
+
+}  // namespace risorius

@@ -1,0 +1,90 @@
+// Writes an MCAP file (mcap.dev/spec) so that a crash costs at most what was not yet in a chunk: each chunk has a CRC,
+// names the channels that it uses, and is on the disk when end_chunk returns. A file without its end is what
+// McapReader calls torn, and `risorius recover` makes whole.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "replay/mcap/mcap_records.h"
+
+namespace risorius {
+
+class McapWriter {
+ public:
+  /// Makes the file. Throws UserError if it exists or cannot be made.
+  explicit McapWriter(std::filesystem::path path);
+  /// Leaves the file as it is on the disk; finish() makes it whole.
+  ~McapWriter();
+  McapWriter(const McapWriter&) = delete;
+  McapWriter& operator=(const McapWriter&) = delete;
+
+  /// Returns the id. At most 65535.
+  std::uint16_t add_schema(std::string name, std::string encoding, std::string data);
+  /// `schema_id` 0: none. Returns the id.
+  std::uint16_t add_channel(std::uint16_t schema_id, std::string topic, std::string message_encoding,
+                            McapTexts metadata = {});
+
+  /// Into the chunk in the making, in memory. The channel must have been added.
+  void write(const McapMessage& message);
+  /// Of the chunk in the making; 0: it has no message.
+  std::size_t chunk_bytes() const noexcept { return chunk_.size(); }
+  std::int64_t chunk_start_ns() const noexcept { return chunk_start_ns_; }
+
+  // These throw UserError when the disk refuses. What they were to write is lost; the file is as it was before, and
+  // one may go on.
+
+  /// Writes the chunk and its index, and returns when they are on the disk.
+  void end_chunk();
+  /// Written at once, after the chunk in the making.
+  void write_metadata(const McapMetadata& metadata);
+  /// Ends the chunk, writes the summary, and closes the file.
+  void finish();
+
+  const std::filesystem::path& path() const noexcept { return path_; }
+  std::uint64_t bytes_written() const noexcept { return offset_; }
+  /// In chunks on the disk.
+  std::uint64_t messages() const noexcept { return messages_; }
+
+ private:
+  struct Index {
+    std::int64_t start_ns = 0, end_ns = 0;
+    std::uint64_t offset = 0, bytes = 0, index_bytes = 0, records_bytes = 0;
+    std::map<std::uint16_t, std::uint64_t> message_indexes;  ///< file offset by channel
+  };
+  struct Channel {
+    McapChannel record;
+    std::uint64_t messages = 0;
+    std::vector<std::pair<std::int64_t, std::uint64_t>> in_chunk;  ///< time and offset of its messages there
+  };
+  struct NamedPlace {
+    std::string name;
+    std::uint64_t offset = 0, bytes = 0;
+  };
+
+  void flush(bool durable);
+  void append_summary();
+  void append_group(McapOp op, std::size_t begin, std::uint64_t summary_start, ByteAppender& offsets);
+  void append_index(const Index& index);
+
+  std::filesystem::path path_;
+  int descriptor_ = -1;
+  ByteAppender buffer_;       ///< to be written at offset_
+  std::uint64_t offset_ = 0;  ///< of what is in the file
+  std::uint32_t data_crc_ = 0;
+  ByteAppender chunk_;
+  std::int64_t chunk_start_ns_ = 0, chunk_end_ns_ = 0;
+  std::vector<McapSchema> schemas_;  ///< id - 1
+  std::vector<Channel> channels_;    ///< id
+  std::vector<Index> indexes_;
+  std::vector<NamedPlace> metadata_;
+  std::uint64_t messages_ = 0;
+  std::int64_t start_ns_ = 0, end_ns_ = 0;
+};
+
+}  // namespace risorius

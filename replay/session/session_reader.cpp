@@ -1,0 +1,85 @@
+#include "replay/session/session_reader.h"
+
+#include <algorithm>
+
+#include "capture/errors.h"
+
+namespace risorius {
+namespace {
+
+std::string text_of(const McapTexts& texts, const char* key) {
+  const auto found = texts.find(key);
+  return found == texts.end() ? std::string() : found->second;
+}
+
+}  // namespace
+
+SessionReader::SessionReader(std::filesystem::path path) : file_(std::move(path)) {}
+
+bool SessionReader::next() {
+  while (true) {
+    switch (file_.next()) {
+      case McapReader::Item::kEnd:
+        return false;
+      case McapReader::Item::kMetadata:
+        take(file_.metadata());
+        break;
+      case McapReader::Item::kMessage: {
+        const McapChannel& channel = file_.channels().at(file_.message().channel_id);
+        account(channel, file_.message());
+        auto& known = known_topics_.try_emplace(channel.topic, parse_session_topic(channel.topic)).first->second;
+        if (!known) break;
+        channel_ = &*known;
+        return true;
+      }
+    }
+  }
+}
+
+void SessionReader::take(const McapMetadata& metadata) {
+  if (metadata.name == kSessionMetadata) session_ = metadata.texts;
+  if (metadata.name == kConfigMetadata) config_toml_ = text_of(metadata.texts, "toml");
+  if (metadata.name == kReportMetadata) report_ = metadata.texts;
+  if (metadata.name == kRecoveryMetadata) recovery_ = metadata.texts;
+  if (metadata.name == kStreamMetadata) {
+    streams_.push_back(
+        {text_of(metadata.texts, "name"), text_of(metadata.texts, "protocol"), text_of(metadata.texts, "rig")});
+  }
+}
+
+/// Our sequences count what was offered to the topic, so a step of more than one is a loss.
+void SessionReader::account(const McapChannel& channel, const McapMessage& message) {
+  TopicAccount& topic = topics_[channel.topic];
+  const auto step = message.sequence - topic.next_sequence;  // modulo 2^32, as it is counted
+  // Half the numbers lie behind: of other recorders, whose sequences mean something else.
+  if (step > 0 && step < 0x80000000U && !session_.empty()) {
+    topic.missing += step;
+    if (topic.gaps.size() < TopicAccount::kMostGaps)
+      topic.gaps.push_back({topic.messages > 0 ? topic.last_ns : message.log_time_ns, message.log_time_ns, step});
+  }
+  topic.next_sequence = message.sequence + 1;
+  topic.first_ns = topic.messages == 0 ? message.log_time_ns : std::min(topic.first_ns, message.log_time_ns);
+  topic.last_ns = topic.messages == 0 ? message.log_time_ns : std::max(topic.last_ns, message.log_time_ns);
+  topic.encoding = channel.message_encoding;
+  ++topic.messages;
+  topic.bytes += message.data.size();
+}
+
+const StreamFacts* SessionReader::find_stream(const std::string& name) const noexcept {
+  const auto found = std::ranges::find(streams_, name, &StreamFacts::name);
+  return found == streams_.end() ? nullptr : &*found;
+}
+
+void SessionReader::require_session() const {
+  const std::string format = text_of(session_, "format"), version = text_of(session_, "version");
+  if (format != kSessionFormat) {
+    throw UserError(file_.path().string(), "is no session that risoriusd recorded",
+                    "give a file of [record] session; `risorius info` reads any MCAP file");
+  }
+  if (version != kSessionVersion) {
+    throw UserError(file_.path().string(), "is of version " + shown(version) + " of the format",
+                    "this program reads version " + std::string(kSessionVersion));
+  }
+}
+
+}  // namespace risorius

@@ -1,0 +1,33 @@
+// Makes a whole file of a torn or damaged one: every message of every chunk whose CRC fits, as it was, in their order,
+// with an end and an index; and an account of what is missing, which the new file holds as metadata, too.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "replay/session/session_reader.h"
+
+namespace risorius {
+
+struct RecoveredSession {
+  std::uint64_t messages = 0;
+  std::vector<McapDamage> damages;             ///< in the file that was read
+  std::map<std::string, TopicAccount> topics;  ///< with their gaps
+  std::int64_t first_ns = 0, last_ns = 0;      ///< of the messages, UTC
+  bool was_whole = false;                      ///< it had its end; what is missing was lost in its chunks
+};
+
+/// `output` must not exist. Throws UserError; an output that was begun is removed.
+RecoveredSession recover_session(const std::filesystem::path& input, const std::filesystem::path& output,
+                                 const std::function<void(std::uint64_t done, std::uint64_t of)>& progress);
+
+/// What is missing, in words with UTC times, a line each; empty if nothing is.
+std::vector<std::string> missing_times(const RecoveredSession& session);
+
+/// "2026-01-31 10:20:30.123456 UTC".
+std::string utc_text(std::int64_t utc_ns);
+
+}  // namespace risorius

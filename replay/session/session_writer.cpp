@@ -1,0 +1,161 @@
+#include "replay/session/session_writer.h"
+
+#include <algorithm>
+#include <exception>
+#include <fmt/format.h>
+
+namespace risorius {
+namespace {
+
+/// Of one stream; what others send beyond that shares a channel, so that a forged flood cannot grow the file's head.
+constexpr std::size_t kMostOrigins = 32;
+
+std::size_t index_of(SessionTopic topic) { return static_cast<std::size_t>(topic); }
+
+}  // namespace
+
+SessionWriter::SessionWriter(std::filesystem::path path, SessionDescription description)
+    : path_(std::move(path)),
+      description_(std::move(description)),
+      file_(path_),
+      utc_minus_monotonic_ns_(description_.utc_ns - description_.monotonic_ns) {
+  au_view_schema_ = file_.add_schema(std::string(kAuViewSchemaName), "jsonschema", std::string(au_view_schema()));
+  marker_view_schema_ =
+      file_.add_schema(std::string(kMarkerViewSchemaName), "jsonschema", std::string(marker_view_schema()));
+  status_channel_ = file_.add_channel(0, session_topic(SessionTopic::kStatus, ""), "msgpack");
+  topics_.push_back(session_topic(SessionTopic::kStatus, ""));
+  McapTexts facts = description_.facts;
+  facts["format"] = std::string(kSessionFormat);
+  facts["version"] = std::string(kSessionVersion);
+  facts["monotonic_ns"] = std::to_string(description_.monotonic_ns);
+  facts["utc_ns"] = std::to_string(description_.utc_ns);
+  file_.write_metadata({std::string(kSessionMetadata), facts});
+  file_.write_metadata({std::string(kConfigMetadata), {{"toml", description_.config_toml}}});
+  for (const SessionStream& stream : description_.streams) add_stream(stream);
+  bytes_.set(file_.bytes_written());
+}
+
+void SessionWriter::add_stream(const SessionStream& stream) {
+  file_.write_metadata(
+      {std::string(kStreamMetadata), {{"name", stream.name}, {"protocol", stream.protocol}, {"rig", stream.rig_json}}});
+  Stream& state = streams_.emplace_back();
+  for (const SessionTopic topic : {SessionTopic::kTicks, SessionTopic::kAus, SessionTopic::kContinuations,
+                                   SessionTopic::kAuView, SessionTopic::kMarkerView}) {
+    const std::uint16_t schema = topic == SessionTopic::kAuView       ? au_view_schema_
+                                 : topic == SessionTopic::kMarkerView ? marker_view_schema_
+                                                                      : std::uint16_t{0};
+    topics_.push_back(session_topic(topic, stream.name));
+    state.channels[index_of(topic)] = file_.add_channel(
+        schema, topics_.back(), std::string(kSessionTopicNames[index_of(topic)].encoding), {{"stream", stream.name}});
+  }
+  state.channels[index_of(SessionTopic::kStatus)] = status_channel_;
+}
+
+std::uint16_t SessionWriter::raw_channel(std::uint32_t stream, const RawOrigin& origin) {
+  Stream& state = streams_[stream];
+  const auto known = std::ranges::find(state.raw_channels, origin, [](const auto& entry) { return entry.first; });
+  if (known != state.raw_channels.end()) return known->second;
+  if (state.raw_channels.size() > kMostOrigins) return state.raw_channels.back().second;
+  const bool last = state.raw_channels.size() == kMostOrigins;
+  const SessionStream& described = description_.streams[stream];
+  topics_.push_back(session_topic(SessionTopic::kRaw, described.name));
+  const std::uint16_t channel = file_.add_channel(
+      0, topics_.back(), std::string(kSessionTopicNames[index_of(SessionTopic::kRaw)].encoding),
+      {{"stream", described.name}, {"protocol", described.protocol}, {"source", last ? "others" : text_of(origin)}});
+  state.raw_channels.emplace_back(last ? RawOrigin{.ip_version = 255} : origin, channel);
+  return channel;
+}
+
+void SessionWriter::append(std::uint16_t channel, std::uint32_t sequence, std::int64_t time_ns,
+                           std::span<const std::byte> bytes) {
+  const std::int64_t utc_ns = std::max<std::int64_t>(0, time_ns + utc_minus_monotonic_ns_);
+  if (file_.chunk_bytes() == 0) chunk_begin_ns_ = time_ns;
+  file_.write(
+      {.channel_id = channel, .sequence = sequence, .log_time_ns = utc_ns, .publish_time_ns = utc_ns, .data = bytes});
+  ++in_chunk_[channel];
+  if (file_.chunk_bytes() >= kChunkBytes) end_chunk();
+}
+
+void SessionWriter::append_text(SessionTopic topic, Stream& stream, std::uint32_t& sequence, std::int64_t time_ns,
+                                const std::string& text) {
+  if (text.empty()) return;
+  append(stream.channels[index_of(topic)], sequence++, time_ns, std::as_bytes(std::span(text.data(), text.size())));
+}
+
+void SessionWriter::write_raw(std::uint32_t stream, std::uint32_t sequence, std::int64_t time_ns,
+                              const RawOrigin& origin, std::span<const std::byte> bytes) noexcept {
+  try {
+    append(raw_channel(stream, origin), sequence, time_ns, bytes);
+  } catch (const std::exception& error) {
+    note_problem(error.what());
+  }
+}
+
+void SessionWriter::write(SessionTopic topic, std::uint32_t stream, std::uint32_t sequence, std::int64_t time_ns,
+                          std::span<const std::byte> bytes) noexcept {
+  try {
+    if (topic == SessionTopic::kStatus) return append(status_channel_, sequence, time_ns, bytes);
+    Stream& state = streams_[stream];
+    const std::int64_t utc_ns = time_ns + utc_minus_monotonic_ns_;
+    if (topic == SessionTopic::kMarkerView) {
+      return append_text(topic, state, state.marker_views, time_ns, marker_view_json(bytes, utc_ns));
+    }
+    append(state.channels[index_of(topic)], sequence, time_ns, bytes);
+    if (topic == SessionTopic::kAus && state.au_view.takes(time_ns))
+      append_text(SessionTopic::kAuView, state, state.au_views, time_ns, au_view_json(bytes, utc_ns));
+  } catch (const std::exception& error) {
+    note_problem(error.what());
+  }
+}
+
+void SessionWriter::keep_time(std::int64_t now_ns) noexcept {
+  if (file_.chunk_bytes() > 0 && now_ns - chunk_begin_ns_ >= kChunkNs) end_chunk();
+}
+
+/// What the disk refuses is lost and counted; the file goes on as soon as there is room again.
+void SessionWriter::end_chunk() noexcept {
+  bool written = true;
+  try {
+    file_.end_chunk();
+  } catch (const std::exception& error) {
+    note_problem(error.what());
+    written = false;
+  }
+  for (const auto& [channel, count] : in_chunk_) {
+    Account& account = accounts_[topics_[channel]];
+    (written ? account.written : account.not_written) += count;
+    (written ? messages_ : not_written_).add(count);
+  }
+  in_chunk_.clear();
+  bytes_.set(file_.bytes_written());
+}
+
+void SessionWriter::finish(const McapTexts& texts) noexcept {
+  if (std::exchange(finished_, true)) return;
+  end_chunk();
+  try {
+    McapTexts report = texts;
+    for (const auto& [topic, account] : accounts_) {
+      report[fmt::format("written {}", topic)] = std::to_string(account.written);
+      report[fmt::format("not_written {}", topic)] = std::to_string(account.not_written);
+    }
+    report["first_error"] = problem();
+    file_.write_metadata({std::string(kReportMetadata), report});
+    file_.finish();
+  } catch (const std::exception& error) {
+    note_problem(error.what());
+  }
+  bytes_.set(file_.bytes_written());
+}
+
+std::string SessionWriter::problem() const {
+  const std::scoped_lock lock(problem_mutex_);
+  return problem_;
+}
+
+void SessionWriter::note_problem(const std::string& what) noexcept {
+  const std::scoped_lock lock(problem_mutex_);
+  if (problem_.empty()) problem_ = what;
+}
+
+}  // namespace risorius

@@ -1,0 +1,207 @@
+// Writer and reader against each other; what others make of our files is tested in tests/system.
+#include <csignal>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <random>
+#include <sys/resource.h>
+
+#include "capture/errors.h"
+#include "replay/mcap/mcap_reader.h"
+#include "replay/mcap/mcap_writer.h"
+#include "support/test_data.h"
+
+namespace risorius {
+namespace {
+
+using Item = McapReader::Item;
+
+struct Seen {
+  std::vector<std::pair<std::int64_t, std::string>> messages;  ///< time, topic and content
+  std::vector<std::string> metadata;
+  std::vector<McapDamage> damages;
+  bool whole = false;
+};
+
+Seen read_all(const std::filesystem::path& path) {
+  McapReader reader(path);
+  Seen seen;
+  for (Item item = reader.next(); item != Item::kEnd; item = reader.next()) {
+    if (item == Item::kMetadata) {
+      seen.metadata.push_back(reader.metadata().name);
+      continue;
+    }
+    const McapMessage& message = reader.message();
+    seen.messages.emplace_back(
+        message.log_time_ns, reader.channels().at(message.channel_id).topic + ":" +
+                                 std::string(reinterpret_cast<const char*>(message.data.data()), message.data.size()));
+  }
+  seen.damages = reader.damages();
+  seen.whole = reader.whole();
+  EXPECT_EQ(reader.next(), Item::kEnd) << "the end stays the end";
+  return seen;
+}
+
+class Mcap : public testing::Test {
+ protected:
+  std::filesystem::path path(const std::string& name = "session.mcap") const { return folder_.path() / name; }
+
+  static void write(McapWriter& writer, std::uint16_t channel, std::int64_t time_ns, const std::string& text) {
+    writer.write({.channel_id = channel,
+                  .sequence = 7,
+                  .log_time_ns = time_ns,
+                  .publish_time_ns = time_ns,
+                  .data = std::as_bytes(std::span(text.data(), text.size()))});
+  }
+
+  /// Three chunks of two messages each, metadata after the first chunk.
+  void write_three_chunks(McapWriter& writer) const {
+    const auto schema = writer.add_schema("Frame", "jsonschema", "{}");
+    const auto a = writer.add_channel(schema, "/a", "json", {{"rig", "builtin"}});
+    const auto b = writer.add_channel(0, "/b", "msgpack");
+    for (std::int64_t chunk = 0; chunk < 3; ++chunk) {
+      write(writer, a, 100 * chunk + 10, "first");
+      write(writer, chunk == 1 ? a : b, 100 * chunk + 20, "second");
+      writer.end_chunk();
+      if (chunk == 0) writer.write_metadata({"config", {{"toml", "[record]"}}});
+    }
+  }
+  const std::vector<std::pair<std::int64_t, std::string>> three_chunks_{{10, "/a:first"},  {20, "/b:second"},
+                                                                        {110, "/a:first"}, {120, "/a:second"},
+                                                                        {210, "/a:first"}, {220, "/b:second"}};
+
+  std::string bytes() const {
+    std::ifstream file(path(), std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
+  Seen read_bytes(const std::string& bytes) const {
+    std::ofstream(path("other.mcap"), std::ios::binary) << bytes;
+    return read_all(path("other.mcap"));
+  }
+
+ private:
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(Mcap, WhatIsWrittenIsReadBack) {
+  McapWriter writer(path());
+  write_three_chunks(writer);
+  writer.finish();
+  EXPECT_EQ(writer.messages(), 6u);
+  const Seen seen = read_all(path());
+  EXPECT_EQ(seen.messages, three_chunks_);
+  EXPECT_EQ(seen.metadata, std::vector<std::string>{"config"});
+  EXPECT_TRUE(seen.whole);
+  EXPECT_TRUE(seen.damages.empty());
+  McapReader reader(path());
+  reader.next();
+  EXPECT_EQ(reader.channels().at(0).metadata.at("rig"), "builtin");
+  EXPECT_EQ(reader.schemas().at(1).encoding, "jsonschema");
+}
+
+TEST_F(Mcap, WithoutItsEndEveryChunkOnTheDiskIsReadable) {
+  {
+    McapWriter writer(path());
+    write_three_chunks(writer);
+    write(writer, 0, 310, "never in a chunk on the disk");
+  }
+  const Seen seen = read_all(path());
+  EXPECT_EQ(seen.messages, three_chunks_);
+  EXPECT_FALSE(seen.whole);
+}
+
+TEST_F(Mcap, CutAnywhereItGivesWhatCameBeforeAndSaysWhatIsMissing) {
+  {
+    McapWriter writer(path());
+    write_three_chunks(writer);
+    writer.finish();
+  }
+  const std::string whole = bytes();
+  std::size_t most = 0;
+  for (std::size_t length = 8; length < whole.size(); ++length) {
+    const Seen seen = read_bytes(whole.substr(0, length));
+    ASSERT_FALSE(seen.whole) << length;
+    ASSERT_GE(seen.messages.size(), most) << length << ": more bytes, fewer messages";
+    most = seen.messages.size();
+    ASSERT_TRUE(std::equal(seen.messages.begin(), seen.messages.end(), three_chunks_.begin())) << length;
+    for (const McapDamage& damage : seen.damages) {
+      if (damage.start_ns) {
+        ASSERT_EQ(*damage.start_ns, three_chunks_.at(most).first) << length;
+      }
+    }
+  }
+  EXPECT_EQ(most, three_chunks_.size());
+  for (std::size_t length = 0; length < 8; ++length) EXPECT_THROW(read_bytes(whole.substr(0, length)), UserError);
+}
+
+TEST_F(Mcap, AFlippedBitCostsAtMostItsOwnChunk) {
+  {
+    McapWriter writer(path());
+    write_three_chunks(writer);
+    writer.finish();
+  }
+  const std::string whole = bytes();
+  std::mt19937 random(1);
+  std::size_t damaged = 0;
+  const std::size_t chunk = whole.find("second");  // inside the first chunk's records
+  for (const std::size_t at : {chunk, chunk + 1, chunk + 5}) {
+    std::string broken = whole;
+    broken[at] = static_cast<char>(broken[at] ^ 0x10);
+    const Seen seen = read_bytes(broken);
+    ASSERT_EQ(seen.damages.size(), 1u);
+    EXPECT_EQ(seen.damages[0].start_ns, 10);
+    EXPECT_EQ(seen.damages[0].end_ns, 20);
+    EXPECT_EQ(seen.messages, std::vector(three_chunks_.begin() + 2, three_chunks_.end()));
+    EXPECT_TRUE(seen.whole);
+  }
+  // Anywhere, and many: whatever is given on was written so.
+  for (int i = 0; i < 2000; ++i) {
+    std::string broken = whole;
+    for (int flips = 0; flips < 1 + i % 3; ++flips) {
+      const std::size_t at = 8 + random() % (whole.size() - 8);
+      broken[at] = static_cast<char>(broken[at] ^ (1U << random() % 8));
+    }
+    try {
+      const Seen seen = read_bytes(broken);
+      damaged += seen.damages.empty() ? 0 : 1;
+      ASSERT_TRUE(seen.messages == three_chunks_ || !seen.damages.empty()) << i << ": a silent loss";
+      for (const auto& message : seen.messages) {
+        ASSERT_NE(std::find(three_chunks_.begin(), three_chunks_.end(), message), three_chunks_.end()) << i;
+      }
+    } catch (const UserError&) {
+      ++damaged;  // a flip made it a compressed chunk
+    }
+  }
+  EXPECT_GT(damaged, 500u);
+}
+
+TEST_F(Mcap, NeverWritesOverAFile) {
+  std::ofstream(path()) << "something";
+  EXPECT_THROW(McapWriter writer(path()), UserError);
+  EXPECT_THROW(McapWriter writer(path("no/such/folder.mcap")), UserError);
+}
+
+TEST_F(Mcap, AFullDiskCostsTheChunkAndNotTheFile) {
+  McapWriter writer(path());
+  const auto channel = writer.add_channel(0, "/a", "json");
+  write(writer, channel, 1, "before");
+  writer.end_chunk();
+  // A limit to the size of files stands for the disk's.
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit tight{writer.bytes_written() + 100, before.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &tight), 0);
+  write(writer, channel, 2, std::string(10'000, 'x'));
+  EXPECT_THROW(writer.end_chunk(), UserError);
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
+  write(writer, channel, 3, "after");
+  writer.finish();
+  const Seen seen = read_all(path());
+  EXPECT_TRUE(seen.whole);
+  EXPECT_TRUE(seen.damages.empty());
+  EXPECT_EQ(seen.messages, (std::vector<std::pair<std::int64_t, std::string>>{{1, "/a:before"}, {3, "/a:after"}}));
+  EXPECT_EQ(writer.messages(), 2u);
+}
+
+}  // namespace
+}  // namespace risorius

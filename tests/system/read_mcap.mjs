@@ -1,0 +1,35 @@
+// Reads an MCAP file by its index with @mcap/core, which checks every CRC, and prints what it saw as JSON.
+import { McapIndexedReader } from "@mcap/core";
+import { open } from "node:fs/promises";
+
+const file = await open(process.argv[2], "r");
+const readable = {
+  async size() {
+    return BigInt((await file.stat()).size);
+  },
+  async read(offset, length) {
+    const buffer = new Uint8Array(Number(length));
+    await file.read(buffer, 0, buffer.length, Number(offset));
+    return buffer;
+  },
+};
+const reader = await McapIndexedReader.Initialize({ readable });
+const counts = {};
+let auViews = 0, points = 0;
+for await (const message of reader.readMessages()) {
+  const channel = reader.channelsById.get(message.channelId);
+  counts[channel.topic] = (counts[channel.topic] ?? 0) + 1;
+  if (channel.messageEncoding !== "json") continue;
+  const view = JSON.parse(new TextDecoder().decode(message.data));
+  const schema = reader.schemasById.get(channel.schemaId);
+  JSON.parse(new TextDecoder().decode(schema.data));
+  if (schema.name === "foxglove.PointCloud") {
+    points = Math.max(points, Buffer.from(view.data, "base64").length / view.point_stride);
+  } else if (Object.keys(view.au).length > 0) {
+    ++auViews;
+  }
+}
+const metadata = [];
+for await (const record of reader.readMetadata()) metadata.push(record.name);
+await file.close();
+console.log(JSON.stringify({ counts, au_views: auViews, points, metadata: [...new Set(metadata)].sort() }));
