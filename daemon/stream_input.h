@@ -67,6 +67,7 @@ class StreamInput {
   bool use_set_of(const FrameHeader& header);
   bool admit_control(AdmittedItem::Kind kind, const MarkerSet* set);
   void end_stream();
+  void admit_end();
   void arm_tick();
   void note_arrival(const FrameHeader& header) noexcept;
   void arm_watchdog();
