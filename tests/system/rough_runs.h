@@ -15,7 +15,7 @@ struct RestartRun {
   std::uint64_t sessions = 0;
 };
 /// A sender (a process, 120 Hz x 60 markers) is killed with SIGKILL in the midst of its stream and another one started,
-/// `times` times. Before: after the first of them.
+/// `times` times. Before: after a quarter of the restarts, when every allocator has seen what it will.
 RestartRun kill_and_restart_sender(std::size_t times);
 
 struct ClockJumpRun {
