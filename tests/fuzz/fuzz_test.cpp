@@ -85,7 +85,7 @@ TEST_P(Fuzz, TargetTakesItsSeedsPastFindingsAndMutationsOfThem) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Fuzz, testing::ValuesIn(targets().begin(), targets().end()),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         [](const auto& target) { return std::string(target.param.name); });
 
 TEST(FuzzInput, RecordsAreReadAsTheyWereWritten) {
   Bytes input;

@@ -1,6 +1,7 @@
 #include "fuzz/stream_targets.h"
 
 #include <cstring>
+#include <fmt/format.h>
 
 #include "capture/wire/crc32c.h"
 #include "capture/wire/live_link_codec.h"
@@ -37,7 +38,7 @@ void require_frame(const SourceEvent& event, const MarkerSet*& set) {
 }  // namespace
 
 void run_native(std::span<const std::byte> input) {
-  MarkerStreamDecoder decoder;
+  MarkerStreamDecoder decoder({.event_capacity = 3});  // small rings: an input should cost little to begin
   ReorderWindow window;
   SourceEvent event;
   MarkerFrame frame;
@@ -83,7 +84,7 @@ std::vector<Bytes> native_seeds() {
   for (const std::size_t count : {std::size_t{3}, std::size_t{130}}) {
     Bytes& input = count == 3 ? one : split;
     MarkerSet set{.id = 1, .names = {}, .rate_hz = 100};
-    for (std::size_t i = 0; i < count; ++i) set.names.push_back("m" + std::to_string(i));
+    for (std::size_t i = 0; i < count; ++i) set.names.push_back(fmt::format("m{}", i));
     add(encode(set, 9, 0, 0, buffer).bytes, input);
     for (std::uint64_t s = 0; s < 3; ++s) {
       MarkerFrame frame;
@@ -104,7 +105,7 @@ std::vector<Bytes> native_seeds() {
 }
 
 void run_live_link(std::span<const std::byte> input) {
-  LiveLinkSession session;
+  LiveLinkSession session({.event_capacity = 3});
   ReorderWindowOf<ShapeFrame> window;
   SourceEvent event;
   ShapeFrame frame;
@@ -135,7 +136,7 @@ std::vector<Bytes> live_link_seeds() {
 }
 
 void run_natnet(std::span<const std::byte> input) {
-  NatnetSession session({});
+  NatnetSession session({.event_capacity = 8});
   SourceEvent event;
   NatnetDatagram datagram;
   ClockSample sample;
@@ -229,7 +230,7 @@ void converse(TrackerSession& session, std::span<const std::byte> input) {
 }  // namespace
 
 void run_qtm(std::span<const std::byte> input) {
-  QtmSession session({});
+  QtmSession session({.tracker = {.event_capacity = 16}, .label_prefix = {}});
   if (!input.empty() && (input[0] & std::byte{4}) != std::byte{0}) session.use_udp_port(5000);
   converse(session, input);
 }
@@ -261,7 +262,7 @@ std::vector<Bytes> qtm_seeds() {
 }
 
 void run_vicon(std::span<const std::byte> input) {
-  ViconSession session({});
+  ViconSession session({.tracker = {.event_capacity = 16}, .subject = {}});
   converse(session, input);
 }
 
