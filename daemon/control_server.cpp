@@ -4,26 +4,13 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/errors.h"
+#include "daemon/control_request.h"
 
 namespace risorius {
 namespace {
 
 constexpr int kRequestsPerWakeUp = 8;
 constexpr int kHighWaterMark = 100;  // requests of a peer that waits for no answer
-
-/// MessagePack from programs, JSON from people with a terminal: a JSON object begins with '{', which no MessagePack map
-/// does.
-nlohmann::json parse_request(const zmq::message_t& message) {
-  const auto* begin = message.data<std::uint8_t>();
-  const auto* end = begin + message.size();
-  auto request = message.size() > 0 && *begin == '{' ? nlohmann::json::parse(begin, end)
-                                                     : nlohmann::json::from_msgpack(begin, end);
-  if (!request.is_object() || !request.contains("command") || !request["command"].is_string()) {
-    throw UserError("request", "is not a map with a text \"command\"",
-                    "send {\"command\": \"status\"} as MessagePack or JSON");
-  }
-  return request;
-}
 
 }  // namespace
 
@@ -33,8 +20,7 @@ ControlServer::ControlServer(boost::asio::io_context& io, zmq::context_t& contex
   socket_.set(zmq::sockopt::linger, 200);
   socket_.set(zmq::sockopt::rcvhwm, kHighWaterMark);
   socket_.set(zmq::sockopt::sndhwm, kHighWaterMark);
-  // A request is short; and the MessagePack reader recurses, so the size also bounds its depth.
-  socket_.set(zmq::sockopt::maxmsgsize, std::int64_t{4096});
+  socket_.set(zmq::sockopt::maxmsgsize, static_cast<std::int64_t>(kMostRequestBytes));
   if (gate != nullptr) gate->guard(socket_);
   try {
     socket_.bind(endpoint);
@@ -69,7 +55,7 @@ bool ControlServer::serve() {
 nlohmann::json ControlServer::answer_to(const zmq::message_t& message, bool whole) {
   try {
     if (!whole) throw UserError("request", "has several parts", "send it as one message");
-    return handler_(parse_request(message));
+    return handler_(parse_control_request({message.data<std::byte>(), message.size()}));
   } catch (const std::exception& error) {
     refused_.add();
     return {{"ok", false}, {"error", error.what()}};

@@ -39,6 +39,10 @@ constexpr auto kStreamCounters = std::to_array<CounterRow>({
      "that the kernel threw away because our socket's buffer was full (SO_RXQ_OVFL)",
      "the machine is overloaded, or raise `receive_buffer_bytes` and net.core.rmem_max"},
     {"datagrams.receive_buffer_bytes", kGauge, "bytes", "SO_RCVBUF as the kernel granted it", ""},
+    {"datagrams.rests", kCount, "",
+     "UDP: turns with nothing but refused or repeated datagrams, after which the source waits, so that others get "
+     "theirs",
+     "a flood on this port: see `datagrams.errors`"},
     {"datagrams.foreign", kCount, "datagrams", "from another host than the tracker; not looked at",
      "something else sends to our port"},
     {"datagrams.errors", kReasons, "datagrams", "refused, by reason",

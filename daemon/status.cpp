@@ -21,6 +21,7 @@ nlohmann::json ledger_json(const StageLedger& ledger) {
 nlohmann::json datagrams_json(const SourceCounters& counters) {
   nlohmann::json json = ledger_json(counters.datagrams);
   json["kernel_drops"] = counters.kernel_drops.value();
+  json["rests"] = counters.rests.value();
   json["foreign"] = counters.foreign.value();
   json["receive_buffer_bytes"] = counters.granted_buffer_bytes.value();
   json["errors"] = nlohmann::json::object();

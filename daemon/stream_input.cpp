@@ -70,8 +70,14 @@ void StreamInput::on_ready() {
         push_in_order(shape_reorder_, event_.shapes);
         break;
       case SourceEventKind::kEndOfStream:
-        if (event_.end.frames_sent > 0) reorder_.end_of_stream(event_.end.last_sequence);
-        end_stream();
+        // The window goes on knowing what came: a straggler after the end is late, not the first frame of a new stream.
+        if (event_.end.frames_sent > 0) {
+          reorder_.end_of_stream(event_.end.last_sequence);
+          admit_ordered_frames();
+        } else {
+          flush_reorder();
+        }
+        admit_end();
         break;
       case SourceEventKind::kRecordingStarted:
       case SourceEventKind::kRecordingStopped:
@@ -90,6 +96,7 @@ void StreamInput::push_in_order(ReorderWindowOf<Frame>& window, const Frame& fra
   while (!window.push(frame)) admit_ordered_frames();
   if (source_->keeps_order()) window.give_up_gaps();
   admit_ordered_frames();
+  if (!stream_open_) watchdog_.stream_ended();  // a straggler, after which no others are due
 }
 
 void StreamInput::admit_ordered_frames() {
@@ -150,6 +157,10 @@ bool StreamInput::admit_control(AdmittedItem::Kind kind, const MarkerSet* set) {
 
 void StreamInput::end_stream() {
   flush_reorder();
+  admit_end();
+}
+
+void StreamInput::admit_end() {
   if (stream_open_) admit_control(AdmittedItem::Kind::kEndOfStream, nullptr);
   stream_open_ = false;
   watchdog_.stream_ended();

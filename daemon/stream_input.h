@@ -69,6 +69,7 @@ class StreamInput {
   bool admit_control(AdmittedItem::Kind kind, const MarkerSet* set);
   void note_admitted() noexcept;
   void end_stream();
+  void admit_end();
   void arm_tick();
   void note_arrival(const FrameHeader& header) noexcept;
   void arm_watchdog();

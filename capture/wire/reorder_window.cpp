@@ -49,6 +49,7 @@ bool ReorderWindowOf<Frame>::is_restart(const Frame& frame, std::int64_t ahead) 
 template <class Frame>
 void ReorderWindowOf<Frame>::start(std::uint64_t sequence) noexcept {
   started_ = true;
+  ended_ = false;
   next_sequence_ = sequence;
   newest_capture_time_ns_ = std::numeric_limits<std::int64_t>::min();
   std::fill(fates_.begin(), fates_.end(), Fate::kBeforeStream);
@@ -56,9 +57,9 @@ void ReorderWindowOf<Frame>::start(std::uint64_t sequence) noexcept {
 }
 
 template <class Frame>
-void ReorderWindowOf<Frame>::drop_behind(std::uint64_t sequence) noexcept {
+void ReorderWindowOf<Frame>::drop_behind(const Frame& frame) noexcept {
   ledger_.dropped.add();
-  Fate& fate = fate_of(sequence);
+  Fate& fate = fate_of(frame.header.sequence);
   if (fate == Fate::kReleased) {
     duplicates_.add();
     return;
@@ -66,6 +67,7 @@ void ReorderWindowOf<Frame>::drop_behind(std::uint64_t sequence) noexcept {
   late_.add();
   if (fate == Fate::kLost) lost_.set(lost_.value() - 1);
   fate = Fate::kReleased;  // received, though not used: another copy is a duplicate
+  newest_capture_time_ns_ = std::max(newest_capture_time_ns_, frame.header.capture_time_ns);
 }
 
 template <class Frame>
@@ -124,14 +126,17 @@ bool ReorderWindowOf<Frame>::push(const Frame& frame) noexcept {
   const std::uint64_t sequence = frame.header.sequence;
   if (!started_) start(sequence);
   std::int64_t ahead = distance(sequence, next_sequence_);
-  if (is_restart(frame, ahead)) {
+  if (ended_ && (ahead >= 0 || is_restart(frame, ahead))) {
+    start(sequence);
+    ahead = 0;
+  } else if (is_restart(frame, ahead)) {
     release_all();
     start(sequence);
     restarts_.add();
     ahead = 0;
   }
   if (ahead < 0) {
-    drop_behind(sequence);
+    drop_behind(frame);
     return true;
   }
   insert(frame);
@@ -182,6 +187,7 @@ void ReorderWindowOf<Frame>::end_of_stream(std::uint64_t last_sequence) noexcept
   if (missing > 0 && static_cast<std::uint64_t>(missing) <= options_.restart_forward_frames) {
     lose_until(last_sequence + 1);
   }
+  ended_ = started_;
 }
 
 template class ReorderWindowOf<MarkerFrame>;

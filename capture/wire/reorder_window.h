@@ -60,6 +60,7 @@ class ReorderWindowOf : public ReorderCounters {
   /// Releases everything; the next frame starts a stream with whatever sequence it has.
   void flush() noexcept;
   /// The sender has said that `last_sequence` was its last: releases everything and counts what is missing up to there.
+  /// A frame of before that still comes is late or a duplicate; one of after it starts a stream.
   void end_of_stream(std::uint64_t last_sequence) noexcept;
 
  private:
@@ -71,7 +72,7 @@ class ReorderWindowOf : public ReorderCounters {
   Fate fate_of(std::uint64_t sequence) const noexcept { return fates_[sequence & (fates_.size() - 1)]; }
   bool is_restart(const Frame& frame, std::int64_t ahead) const noexcept;
   void start(std::uint64_t sequence) noexcept;
-  void drop_behind(std::uint64_t sequence) noexcept;
+  void drop_behind(const Frame& frame) noexcept;
   void insert(const Frame& frame) noexcept;
   void release_in_order() noexcept;
   void lose_until(std::uint64_t sequence) noexcept;
@@ -85,8 +86,9 @@ class ReorderWindowOf : public ReorderCounters {
   std::size_t released_ = 0;
 
   bool started_ = false;
+  bool ended_ = false;                       ///< the end was announced, and nothing has come that goes on
   std::uint64_t next_sequence_ = 0;          ///< wraps around as the sender's does
-  std::int64_t newest_capture_time_ns_ = 0;  ///< of the released frames of this stream
+  std::int64_t newest_capture_time_ns_ = 0;  ///< of this stream's frames that were released, or came too late
   std::vector<Fate> fates_;                  ///< of the last sequences before next_sequence_; size a power of two
   std::optional<std::int64_t> gap_seen_ns_;  ///< the first Tick that saw the gap
 };

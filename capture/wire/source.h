@@ -55,6 +55,7 @@ struct SourceCounters {
   Counter refused_connections;   ///< ZeroMQ with CURVE: without the right key
   Counter foreign;               ///< datagrams from another host than the tracker; not looked at
   Counter wake_ups;
+  Counter rests;       ///< UDP: turns that brought only what is of no use, so that the source had to wait for the next
   Counter pauses;      ///< the consumer left the source full
   Counter reconnects;  ///< the connection was lost and made again
 

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/udp.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <cerrno>
+#include <chrono>
 #include <fmt/format.h>
 #include <utility>
 
@@ -21,6 +23,10 @@ constexpr std::size_t kBatch = 32;
 constexpr std::size_t kMaxBatchesPerWakeUp = 4;
 constexpr std::size_t kSlotBytes = 2048;
 static_assert(kSlotBytes > kMaxDatagramBytes);
+constexpr std::chrono::microseconds kFirstRest{250};
+// At most kBatch * kMaxBatchesPerWakeUp datagrams in this time: a twentieth of the thread, and a full buffer of garbage
+// is read in a second.
+constexpr std::chrono::microseconds kLongestRest{4000};
 
 constexpr std::string_view scheme_of(const MarkerStreamDecoder&) { return "udp"; }
 constexpr std::string_view scheme_of(const LiveLinkSession&) { return "livelink"; }
@@ -49,6 +55,7 @@ struct UdpSourceOf<Decoder, Options>::Impl : std::enable_shared_from_this<Impl> 
   Impl(boost::asio::io_context& io, const UdpSourceOptionsOf<Options>& options, std::function<void()> ready)
       : decoder(options.decoder),
         socket(bound_socket(io, scheme_of(decoder), options.address, options.port)),
+        rest_timer(io),
         on_ready(std::move(ready)),
         counters(decoder.counters()) {
     port = socket.local_endpoint().port();
@@ -61,6 +68,24 @@ struct UdpSourceOf<Decoder, Options>::Impl : std::enable_shared_from_this<Impl> 
     socket.async_wait(udp::socket::wait_read, [self = this->shared_from_this()](const error_code& error) {
       if (!error && self->running) self->drain();
     });
+  }
+
+  /// After a full turn: at once, or after a rest if it brought nothing of use.
+  void wait_for_turn(bool was_useless) {
+    if (!was_useless) {
+      rest = {};
+      return wait();
+    }
+    rest = std::clamp(2 * rest, kFirstRest, kLongestRest);
+    counters.rests.add();
+    rest_timer.expires_after(rest);
+    rest_timer.async_wait([self = this->shared_from_this()](const error_code& error) {
+      if (!error && self->running) self->drain();
+    });
+  }
+
+  std::uint64_t useless() const noexcept {
+    return counters.datagrams.refused.value() + counters.datagrams.dropped.value();
   }
 
   // True if the socket may have more.
@@ -88,20 +113,25 @@ struct UdpSourceOf<Decoder, Options>::Impl : std::enable_shared_from_this<Impl> 
 
   void drain() {
     counters.wake_ups.add();
-    for (std::size_t i = 0; i < kMaxBatchesPerWakeUp && receive_batch(); ++i) {
-    }
+    const std::uint64_t received_before = counters.datagrams.received.value(), useless_before = useless();
+    bool more = true;
+    for (std::size_t i = 0; i < kMaxBatchesPerWakeUp && more; ++i) more = receive_batch();
+    const bool was_useless =
+        more && useless() - useless_before >= counters.datagrams.received.value() - received_before;
     on_ready();
     if (!running) return;
     paused = !decoder.ready();
     if (paused) {
       counters.pauses.add();
     } else {
-      wait();
+      wait_for_turn(was_useless);
     }
   }
 
   Decoder decoder;
   udp::socket socket;
+  boost::asio::steady_timer rest_timer;
+  std::chrono::microseconds rest{};
   std::function<void()> on_ready;
   ReceiveBatch batch{kBatch, kSlotBytes};
   SourceCounters& counters;
@@ -154,6 +184,7 @@ void UdpSourceOf<Decoder, Options>::stop() noexcept {
   impl_->running = false;
   error_code ignored;
   impl_->socket.close(ignored);
+  impl_->rest_timer.cancel();
 }
 
 template <class Decoder, class Options>

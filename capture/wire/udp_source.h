@@ -4,6 +4,10 @@
 // which should pop the events until it has no more. If it leaves the decoder full, the source pauses until resume():
 // what comes meanwhile waits in the kernel's buffer, and what does not fit there is counted as kernel_drops. Nothing
 // allocates per frame.
+//
+// Fairness: all sources share the thread. A source whose full turns bring nothing but refused and repeated datagrams (a
+// flood of garbage) rests after each for twice as long as before, up to kLongestRest; what its buffer cannot hold
+// meanwhile is counted as kernel_drops. One datagram of use ends that.
 #pragma once
 
 #include <cstddef>

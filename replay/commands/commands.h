@@ -32,5 +32,6 @@ void add_perform_fit_command(CLI::App& app);
 void add_defects_command(CLI::App& app);
 void add_clean_command(CLI::App& app);
 void add_plot_command(CLI::App& app);
+void add_chaos_command(CLI::App& app);
 
 }  // namespace risorius

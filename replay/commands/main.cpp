@@ -23,6 +23,7 @@ int main(int argc, char** argv) {
   risorius::add_plot_command(app);
   risorius::add_replay_command(app);
   risorius::add_serve_command(app);
+  risorius::add_chaos_command(app);
   risorius::add_rig_command(app);
   risorius::add_actor_command(app);
   risorius::add_neutral_command(app);

@@ -10,6 +10,7 @@
 
 #include "capture/errors.h"
 #include "replay/atomic_file.h"
+#include "solve/rigs/json_depth.h"
 
 namespace risorius {
 namespace {
@@ -105,7 +106,9 @@ bool is_actor_folder(const std::filesystem::path& folder) {
 
 Actor load_actor(const std::filesystem::path& folder) {
   const std::string place = (folder / kActorFile).string();
-  const Json root = Json::parse(read_file(folder / kActorFile), nullptr, false);
+  const std::string text = read_file(folder / kActorFile);
+  if (nests_too_deep(text)) throw UserError(place, "nests too deep", "see replay/README.md, \"Actors\"");
+  const Json root = Json::parse(text, nullptr, false);
   if (!root.is_object()) throw UserError(place, "not a JSON object", "see replay/README.md, \"Actors\"");
   if (root.value("format", Json()) != "risorius-actor" || root.value("version", Json()) != 1) {
     throw UserError(place, "is no actor profile of version 1", "make one with risorius actor new");

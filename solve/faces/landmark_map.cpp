@@ -9,6 +9,7 @@
 
 #include "capture/errors.h"
 #include "solve/faces/shipped_maps.h"
+#include "solve/rigs/json_depth.h"
 
 namespace risorius {
 namespace {
@@ -54,6 +55,7 @@ void read_stabilisers(const Json& stabilisers, const std::string& place, Landmar
 }  // namespace
 
 LandmarkMap parse_landmark_map(std::string_view json, const std::string& place) {
+  if (nests_too_deep(json)) throw UserError(place, "nests too deep", "see solve/faces/landmark_map.h for the format");
   const Json root = Json::parse(json, nullptr, false);
   if (!root.is_object()) throw UserError(place, "not a JSON object", "see solve/faces/landmark_map.h for the format");
   if (root.value("format", Json()) != "risorius-landmarks") {

@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "capture/errors.h"
+#include "solve/rigs/json_depth.h"
 #include "solve/rigs/rig.h"
 
 namespace risorius {
@@ -171,6 +172,8 @@ Json vector_to_json(const Eigen::Vector3d& v) { return Json::array({v.x(), v.y()
 }  // namespace
 
 Rig parse_rig(std::string_view json, const std::string& place) {
+  if (nests_too_deep(json))
+    throw UserError(place, "nests too deep for a rig", "see solve/README.md for the rig format");
   Json root;
   try {
     root = Json::parse(json);

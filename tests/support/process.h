@@ -27,6 +27,7 @@ class Process {
   /// Reads output until it contains `text`; false if the process ended or `seconds` passed without.
   bool wait_for_output(const std::string& text, double seconds);
   void send_signal(int signal);
+  pid_t id() const noexcept { return id_; }
   /// Waits for its end (at most `seconds`, then SIGKILL).
   Finished finish(double seconds = 60);
   const std::string& output() const noexcept { return output_; }

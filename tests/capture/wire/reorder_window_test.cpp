@@ -277,6 +277,35 @@ TEST(ReorderWindow, HandsFramesOnUnchangedAndAlikeEveryTime) {
   }
 }
 
+TEST(ReorderWindow, AStragglerAfterTheEndIsLateAndWhatGoesOnIsANewStream) {
+  ReorderWindow window;
+  MarkerFrame frame;
+  const auto push = [&](std::uint64_t sequence) {
+    EXPECT_TRUE(window.push(frame_of(sequence)));
+    std::size_t released = 0;
+    while (window.pop(frame)) ++released;
+    return released;
+  };
+  for (const std::uint64_t sequence : {0, 1, 2, 3}) EXPECT_EQ(push(sequence), 1u);
+  window.end_of_stream(6);
+  EXPECT_EQ(window.lost().value(), 3u);
+  EXPECT_EQ(push(5), 0u);
+  EXPECT_EQ(window.late().value(), 1u);
+  EXPECT_EQ(window.lost().value(), 2u);
+  EXPECT_EQ(push(5), 0u);
+  EXPECT_EQ(push(2), 0u);
+  EXPECT_EQ(window.duplicates().value(), 2u);
+  EXPECT_EQ(push(9), 1u);  // it goes on: what is missing before is of no stream
+  EXPECT_EQ(window.lost().value(), 2u);
+  EXPECT_EQ(push(11), 0u);  // and waits for 10 again
+  window.flush();
+  while (window.pop(frame)) {
+  }
+  EXPECT_EQ(window.lost().value(), 3u);
+  EXPECT_EQ(window.restarts().value(), 0u);
+  EXPECT_TRUE(window.ledger().balanced());
+}
+
 TEST(ReorderWindow, AllocatesNothing) {
   ReorderWindow window;
   MarkerFrame frame;

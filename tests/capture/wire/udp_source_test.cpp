@@ -190,6 +190,30 @@ TEST(UdpSource, AllocatesNothingPerFrame) {
   EXPECT_EQ(frames, 60u);
 }
 
+TEST(UdpSource, RestsWhileItIsFloodedWithGarbageAndWakesToWhatIsOfUse) {
+  Receiver receiver({.receive_buffer_bytes = 1 << 20});
+  LoopbackUdp udp(receiver.source->port());
+  const SourceCounters& counters = receiver.source->counters();
+  const test::Bytes garbage(40, std::byte{0xab});
+  std::uint64_t sent = 0;
+  // Turns of 128 with nothing in them but garbage: as many rests, each longer than the last.
+  const auto flood = [&](std::uint64_t datagrams) {
+    for (std::uint64_t i = 0; i < datagrams; ++i) sent += udp.send(garbage) ? 1 : 0;
+  };
+  flood(400);
+  ASSERT_TRUE(receiver.run_until_received(sent));
+  EXPECT_EQ(counters.of(DecodeError::kBadMagic), 400u);
+  EXPECT_EQ(counters.rests.value(), 3u);  // after 128, 256 and 384
+  // What is of use among it is found, and nothing rests after a turn with something of use.
+  flood(50);
+  for (const auto& datagram : datagrams_of(marker_set(40))) sent += udp.send(datagram) ? 1 : 0;
+  for (std::uint64_t sequence = 0; sequence < 300; ++sequence)
+    sent += udp.send(datagrams_of(marker_frame(sequence, 40)).at(0)) ? 1 : 0;
+  ASSERT_TRUE(receiver.run_until_received(sent));
+  EXPECT_EQ(receiver.frames.size() + counters.kernel_drops.value(), 300u);
+  EXPECT_EQ(counters.rests.value(), 3u);
+}
+
 // The example in capture/README.md, run as it stands there.
 TEST(UdpSource, ReceivesTheExampleSenderOfTheReadme) {
   if (std::system("python3 -c '' > /dev/null 2>&1") != 0) GTEST_SKIP() << "no python3";

@@ -32,6 +32,13 @@ TEST(LandmarkMap, ReadsNamesLandmarksAndWeights) {
   EXPECT_EQ(map.stabiliser_weight.at("F"), 2);
 }
 
+// Found when the fuzz target was written: printing such a value ended the program for want of stack.
+TEST(LandmarkMap, RefusesAFileThatNestsWithoutEnd) {
+  const std::string deep = std::string(200'000, '[') + std::string(200'000, ']');
+  EXPECT_NE(error_of(R"({"format":"risorius-landmarks","version":)" + deep + "}").find("nests too deep"),
+            std::string::npos);
+}
+
 TEST(LandmarkMap, NamesPlaceAndFieldOfEachMistake) {
   const auto expect = [](const std::string& json, const std::string& part) {
     EXPECT_NE(error_of(json).find(part), std::string::npos) << error_of(json);

@@ -120,6 +120,15 @@ TEST(Rig, RefusesOtherFormatsAndVersions) {
   EXPECT_NE(error_of("{").find("not valid JSON"), std::string::npos);
 }
 
+// Found when the fuzz target was written: printing such a value ended the program for want of stack.
+TEST(Rig, RefusesAFileThatNestsWithoutEnd) {
+  const std::string deep = std::string(200'000, '[') + std::string(200'000, ']');
+  const std::string error =
+      error_of(R"({"format": "risorius-rig", "version": 1, "name": )" + deep + R"(, "markers": [], "aus": []})");
+  EXPECT_NE(error.find("nests too deep"), std::string::npos) << error.substr(0, 200);
+  EXPECT_EQ(error_of(R"({"format": "[[[[\"[[[["})").find("nests too deep"), std::string::npos);
+}
+
 TEST(Rig, ProblemsNameTheFieldAndItsValue) {
   const Rig good = synthetic_rig(12, 3);
   EXPECT_TRUE(problems_of(good).empty());

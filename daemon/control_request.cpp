@@ -1,0 +1,23 @@
+#include "daemon/control_request.h"
+
+#include <nlohmann/json.hpp>
+
+#include "capture/errors.h"
+
+namespace risorius {
+
+/// MessagePack from programs, JSON from people with a terminal: a JSON object begins with '{', which no MessagePack map
+/// does.
+nlohmann::json parse_control_request(std::span<const std::byte> message) {
+  const auto* begin = reinterpret_cast<const std::uint8_t*>(message.data());
+  const auto* end = begin + message.size();
+  auto request =
+      !message.empty() && *begin == '{' ? nlohmann::json::parse(begin, end) : nlohmann::json::from_msgpack(begin, end);
+  if (!request.is_object() || !request.contains("command") || !request["command"].is_string()) {
+    throw UserError("request", "is not a map with a text \"command\"",
+                    "send {\"command\": \"status\"} as MessagePack or JSON");
+  }
+  return request;
+}
+
+}  // namespace risorius
