@@ -96,10 +96,14 @@ class Comparison {
       };
       const auto found = std::find_if(solved_.begin(), solved_.end(), is_recorded);
       if (found == solved_.end()) {
-        // Its Tick may still come, the results' thread being the faster one; but not after so many others.
-        if (solved_.size() < kMostWaiting) return;
-        recorded_.pop_front();
-        ++verdict_.not_solved;
+        // Its Tick may still come, the results' thread being the faster one; but not if a later one has come.
+        const auto next = std::find_if(recorded_.begin(), recorded_.end(), [this](const Message& recorded) {
+          return solved_.front().frame.is_of_the_frame_of(recorded);
+        });
+        if (next == recorded_.end() && solved_.size() < kMostWaiting) return;
+        const auto unsolved = next == recorded_.end() ? recorded_.begin() + 1 : next;
+        verdict_.not_solved += static_cast<std::uint64_t>(unsolved - recorded_.begin());
+        recorded_.erase(recorded_.begin(), unsolved);
         continue;
       }
       verdict_.not_recorded += static_cast<std::uint64_t>(found - solved_.begin());
