@@ -51,7 +51,7 @@ TEST(RecordRing, RefusesWhatFindsNoRoomAndKeepsTheReserveFree) {
   const std::string large(3000, 'x');
   ASSERT_TRUE(ring.try_push({.kind = 1}, bytes_of(large)));
   EXPECT_FALSE(ring.try_push({.kind = 1}, bytes_of(large)));
-  EXPECT_FALSE(ring.try_push({.kind = 1}, bytes_of("small"), {}, 1024)) << "not into what is kept free";
+  EXPECT_FALSE(ring.try_push({.kind = 1}, bytes_of("small"), {}, 1048)) << "not into what is kept free";
   EXPECT_TRUE(ring.try_push({.kind = 1}, bytes_of("small")));
   EXPECT_FALSE(RecordRing(4096).try_push({.kind = 1}, bytes_of(std::string(5000, 'x')))) << "larger than the ring";
 }
