@@ -30,10 +30,12 @@ McapWriter::McapWriter(std::filesystem::path path) : path_(std::move(path)) {
   append_mcap_text("", buffer_);  // no profile: nobody else's conventions
   append_mcap_text(std::string("risorius ") + kVersion, buffer_);
   end_mcap_record(begin, buffer_);
-  flush(false);
+  sync_ = std::make_unique<DiskSync>(descriptor_);
+  flush(Durability::kNone);
 }
 
 McapWriter::~McapWriter() {
+  sync_.reset();
   if (descriptor_ >= 0) ::close(descriptor_);
 }
 
@@ -96,7 +98,7 @@ void McapWriter::end_chunk() {
   index.index_bytes = buffer_.size() - index.bytes;
   chunk_.clear();
   try {
-    flush(true);
+    flush(Durability::kSoon);
   } catch (const UserError&) {
     for (Channel& channel : channels_) channel.in_chunk.clear();
     throw;
@@ -116,7 +118,7 @@ void McapWriter::write_metadata(const McapMetadata& metadata) {
   NamedPlace place{metadata.name, offset_, 0};
   append_mcap_record(metadata, buffer_);
   place.bytes = buffer_.size();
-  flush(true);
+  flush(Durability::kNow);
   metadata_.push_back(std::move(place));
 }
 
@@ -125,10 +127,11 @@ void McapWriter::finish() {
   const std::size_t end = begin_mcap_record(McapOp::kDataEnd, buffer_);
   buffer_.append(data_crc_);
   end_mcap_record(end, buffer_);
-  flush(false);
+  flush(Durability::kNone);
   append_summary();
   buffer_.append_bytes(std::as_bytes(std::span(kMcapMagic)));
-  flush(true);
+  flush(Durability::kNow);
+  sync_.reset();
   if (::close(std::exchange(descriptor_, -1)) != 0) fail(path_, "cannot be closed", errno);
 }
 
@@ -210,7 +213,7 @@ void McapWriter::append_summary() {
   buffer_.append(mcap_crc(buffer_.bytes()));  // of the summary, up to here
 }
 
-void McapWriter::flush(bool durable) {
+void McapWriter::flush(Durability durability) {
   RISORIUS_CHECK(descriptor_ >= 0);
   std::span<const std::byte> rest = buffer_.bytes();
   std::uint64_t end = offset_;
@@ -225,7 +228,11 @@ void McapWriter::flush(bool durable) {
     end += static_cast<std::uint64_t>(written);
     rest = rest.subspan(static_cast<std::size_t>(written));
   }
-  if (problem == 0 && durable && ::fdatasync(descriptor_) != 0) problem = errno;
+  if (problem == 0 && durability != Durability::kNone) {
+    sync_->request();
+    if (durability == Durability::kNow) sync_->wait();
+    problem = sync_->take_problem();
+  }
   if (problem != 0) {
     // Without half a record at its end the file can go on where it was, once there is room again.
     buffer_.clear();

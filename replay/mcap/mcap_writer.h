@@ -6,11 +6,13 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "replay/mcap/disk_sync.h"
 #include "replay/mcap/mcap_records.h"
 
 namespace risorius {
@@ -39,7 +41,8 @@ class McapWriter {
   // These throw UserError when the disk refuses. What they were to write is lost; the file is as it was before, and
   // one may go on.
 
-  /// Writes the chunk and its index, and returns when they are on the disk.
+  /// Hands the chunk and its index to the system: a process that is killed does not lose them any more. On the disk
+  /// they are soon (disk_sync.h); that the disk refused an earlier one may be told here.
   void end_chunk();
   /// Written at once, after the chunk in the making.
   void write_metadata(const McapMetadata& metadata);
@@ -67,15 +70,17 @@ class McapWriter {
     std::uint64_t offset = 0, bytes = 0;
   };
 
-  void flush(bool durable);
+  enum class Durability { kNone, kSoon, kNow };
+  void flush(Durability durability);
   void append_summary();
   void append_group(McapOp op, std::size_t begin, std::uint64_t summary_start, ByteAppender& offsets);
   void append_index(const Index& index);
 
   std::filesystem::path path_;
   int descriptor_ = -1;
-  ByteAppender buffer_;       ///< to be written at offset_
-  std::uint64_t offset_ = 0;  ///< of what is in the file
+  std::unique_ptr<DiskSync> sync_;  ///< of descriptor_, while that is open
+  ByteAppender buffer_;             ///< to be written at offset_
+  std::uint64_t offset_ = 0;        ///< of what is in the file
   std::uint32_t data_crc_ = 0;
   ByteAppender chunk_;
   std::int64_t chunk_start_ns_ = 0, chunk_end_ns_ = 0;

@@ -1,6 +1,7 @@
 // A session's MCAP file as it grows: channels of each stream, views for viewers, and an account of what came in, what
-// is on the disk and what the disk did not take. A chunk is closed, with its CRC and on the disk, every half second: so
-// a crash costs less than one. One thread (the recorder's); what others read are Counters.
+// is on the disk and what the disk did not take. A chunk is closed, with its CRC and in the system's hands, every half
+// second, and on the disk soon after: so a crash costs less than one. One thread (the recorder's); what others read are
+// Counters.
 #pragma once
 
 #include <array>

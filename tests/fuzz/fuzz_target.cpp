@@ -6,13 +6,14 @@
 #include <cstdlib>
 
 #include "fuzz/file_targets.h"
+#include "fuzz/session_targets.h"
 #include "fuzz/stream_targets.h"
 #include "fuzz/text_targets.h"
 
 namespace risorius::fuzz {
 namespace {
 
-// A new decoder or reader gets its line here. MCAP and safetensors: with their readers.
+// A new decoder or reader gets its line here.
 constexpr std::array kTargets{
     Target{"native", run_native, native_seeds},
     Target{"livelink", run_live_link, live_link_seeds},
@@ -30,6 +31,8 @@ constexpr std::array kTargets{
     Target{"landmarks", run_landmarks, landmark_seeds},
     Target{"config", run_config, config_seeds},
     Target{"control", run_control, control_seeds},
+    Target{"mcap", run_mcap, mcap_seeds},
+    Target{"tick", run_tick, tick_seeds},
 };
 
 }  // namespace

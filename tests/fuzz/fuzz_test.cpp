@@ -4,12 +4,16 @@
 #include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
+#include <ostream>
 #include <vector>
 
 #include "fuzz/fuzz_target.h"
 #include "replay/performer/random.h"
 
 namespace risorius::fuzz {
+/// Names of tests show the target, not its bytes.
+void PrintTo(const Target& target, std::ostream* out) { *out << target.name; }
+
 namespace {
 
 constexpr int kMutations = 600;  // of each target

@@ -31,7 +31,6 @@ class Process {
   /// Waits for its end (at most `seconds`, then SIGKILL).
   Finished finish(double seconds = 60);
   const std::string& output() const noexcept { return output_; }
-  pid_t id() const noexcept { return id_; }
 
  private:
   bool read_some(double seconds);
