@@ -45,9 +45,10 @@ RestartRun kill_and_restart_sender(std::size_t times) {
   RestartRun run;
   pid_t sender = start_sender(target);
   bool heard = wait_until([&] { return processed() > 30; });
-  ProcessUsage before;
+  const ProcessUsage before = daemon.usage();
+  ProcessUsage settled;
   for (std::size_t i = 0; i < times && heard; ++i) {
-    if (i == times / 4) before = daemon.usage();
+    if (i == times / 4) settled = daemon.usage();
     end_sender(sender);
     // What the dead sender left in the sockets is worked off.
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
@@ -64,6 +65,7 @@ RestartRun kill_and_restart_sender(std::size_t times) {
   run.descriptors_before = before.descriptors;
   run.descriptors_after = after.descriptors;
   run.resident_growth_bytes = after.resident_bytes - before.resident_bytes;
+  run.settled_resident_growth_bytes = after.resident_bytes - settled.resident_bytes;
   run.sessions = number(daemon.stream("face"), "/frames/sessions");
   daemon.running.end();
   return run;

@@ -11,11 +11,12 @@ namespace risorius::test {
 struct RestartRun {
   std::vector<double> resume_ms;  ///< of each restart: from the new sender's first datagram to its first frame solved
   std::size_t descriptors_before = 0, descriptors_after = 0;
-  double resident_growth_bytes = 0;
+  double resident_growth_bytes = 0;          ///< over all restarts
+  double settled_resident_growth_bytes = 0;  ///< after a quarter of them, when every allocator has seen what it will
   std::uint64_t sessions = 0;
 };
 /// A sender (a process, 120 Hz x 60 markers) is killed with SIGKILL in the midst of its stream and another one started,
-/// `times` times. Before: after a quarter of the restarts, when every allocator has seen what it will.
+/// `times` times.
 RestartRun kill_and_restart_sender(std::size_t times);
 
 struct ClockJumpRun {
