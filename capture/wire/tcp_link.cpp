@@ -69,7 +69,7 @@ struct TcpLink::Impl : std::enable_shared_from_this<TcpLink::Impl> {
     counters.granted_buffer_bytes.set(prepare_receive_buffer(socket.native_handle(), options.receive_buffer_bytes));
     filled = 0;
     queue.clear();
-    paused = false;
+    paused = refused = false;
     counters.connections.add();
     handlers.connected();
     if (state == State::kConnected) wait_to_read();
@@ -130,13 +130,15 @@ struct TcpLink::Impl : std::enable_shared_from_this<TcpLink::Impl> {
                  error != boost::asio::error::interrupted);
   }
 
-  /// False if the buffer is full or the connection is gone.
+  /// False if the consumer has no room, the buffer is full or the connection is gone.
   bool offer() {
     const auto attempt = attempts;
-    const std::size_t used = handlers.received(std::span<const std::byte>(buffer).first(filled), receive_time_ns);
+    const auto used = handlers.received(std::span<const std::byte>(buffer).first(filled), receive_time_ns);
     if (attempt != attempts || state != State::kConnected) return false;
-    std::memmove(buffer.data(), buffer.data() + used, filled - used);
-    filled -= used;
+    refused = !used;
+    if (refused) return false;
+    std::memmove(buffer.data(), buffer.data() + *used, filled - *used);
+    filled -= *used;
     return filled < buffer.size();
   }
 
@@ -152,8 +154,8 @@ struct TcpLink::Impl : std::enable_shared_from_this<TcpLink::Impl> {
     }
     if (!here()) return;
     if (broken) return fail();
-    paused = !go_on;
-    if (go_on) wait_to_read();
+    paused = !go_on || refused;
+    if (!paused) wait_to_read();
   }
 
   void send(std::span<const std::byte> bytes) {
@@ -195,7 +197,7 @@ struct TcpLink::Impl : std::enable_shared_from_this<TcpLink::Impl> {
   std::int64_t receive_time_ns = 0, wait_ns;
   std::uint64_t attempts = 0;  ///< tells handlers of an earlier connection from those of this one
   State state = State::kOff;
-  bool writing = false, paused = false;
+  bool writing = false, paused = false, refused = false;
   TcpLinkCounters counters;
 };
 

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -41,8 +42,9 @@ class TcpLink {
   struct Handlers {
     std::function<void()> connected;
     /// Bytes as they lie in the buffer, and CLOCK_MONOTONIC right after the receive call. Returns how many were used;
-    /// the rest is offered again in front of what comes next. If none are used of a full buffer, the link pauses.
-    std::function<std::size_t(std::span<const std::byte>, std::int64_t)> received;
+    /// the rest is offered again in front of what comes next. If none are used of a full buffer, the link pauses;
+    /// nullopt: there is no room for anything, all is offered again after round_done or resume().
+    std::function<std::optional<std::size_t>(std::span<const std::byte>, std::int64_t)> received;
     /// After a round of receiving: the consumer may pop. Returns false to pause until resume().
     std::function<bool()> round_done;
     std::function<void()> lost;

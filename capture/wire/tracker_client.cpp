@@ -1,5 +1,6 @@
 #include "capture/wire/tracker_client.h"
 
+#include <algorithm>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/udp.hpp>
 #include <boost/asio/steady_timer.hpp>
@@ -21,6 +22,8 @@ using boost::system::error_code;
 
 constexpr std::size_t kBatch = 16, kLongestDatagram = 65536;
 constexpr std::size_t kMaxBatchesPerWakeUp = 8;
+/// More than the socket's buffer holds: whoever sends faster than we read must not keep us from the connection.
+constexpr std::size_t kMaxBatchesBeforeTheConnection = 2048;
 constexpr auto kTickPeriod = std::chrono::milliseconds(100);
 constexpr auto kTickPeriodWhileHeld = std::chrono::milliseconds(5);
 
@@ -64,7 +67,9 @@ struct TrackerClient::Impl : std::enable_shared_from_this<TrackerClient::Impl> {
   }
 
   /// What was not used is offered again: it is not yet told to the tap.
-  std::size_t received(std::span<const std::byte> bytes, std::int64_t time_ns) {
+  std::optional<std::size_t> received(std::span<const std::byte> bytes, std::int64_t time_ns) {
+    // The tracker sent these datagrams before it said this: an end of the capture must not overtake its frames.
+    if (!drain_datagrams()) return std::nullopt;
     const std::size_t used = session->receive(bytes, time_ns);
     if (tap && used > 0) tap(bytes.first(used), RawOrigin{}, time_ns);
     return used;
@@ -96,8 +101,9 @@ struct TrackerClient::Impl : std::enable_shared_from_this<TrackerClient::Impl> {
   }
 
   bool receive_batch() {
-    if (!session->ready()) return false;
-    const int received = batch->receive(datagrams.native_handle(), kBatch);
+    const std::size_t most = std::min(kBatch, session->room_for_packets());
+    if (most == 0) return false;
+    const int received = batch->receive(datagrams.native_handle(), most);
     const std::int64_t time_ns = monotonic_now_ns();
     if (received < 0) {
       if (errno != EAGAIN && errno != EINTR) counters().receive_errors.add();
@@ -113,15 +119,19 @@ struct TrackerClient::Impl : std::enable_shared_from_this<TrackerClient::Impl> {
         counters().foreign.add();
         continue;
       }
-      if (!session->ready()) on_ready();
-      if (!session->ready()) {
-        counters().datagrams.received.add();
-        counters().datagrams.dropped.add();
-        continue;
-      }
       session->receive_datagram(batch->datagram(i), time_ns);
     }
-    return count == kBatch;
+    return count == most;
+  }
+
+  /// False if there is no room for what still waits.
+  bool drain_datagrams() {
+    for (std::size_t i = 0; datagrams.is_open() && i < kMaxBatchesBeforeTheConnection; ++i) {
+      if (!session->ready()) on_ready();
+      if (!running || !session->ready()) return false;
+      if (!receive_batch() && session->ready()) break;
+    }
+    return true;
   }
 
   void receive_datagrams() {
@@ -152,6 +162,7 @@ struct TrackerClient::Impl : std::enable_shared_from_this<TrackerClient::Impl> {
   }
 
   void lost() {
+    drain_datagrams();
     error_code ignored;
     datagrams.close(ignored);
     datagrams_paused = false;

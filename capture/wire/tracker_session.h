@@ -51,8 +51,11 @@ class TrackerSession {
   bool failed() const noexcept { return failed_; }
   /// To be sent over the connection; the sender clears it.
   ByteAppender& outbox() noexcept { return outbox_; }
-  /// Is there room for the events of one packet?
-  bool ready() const noexcept { return events_.ready(kMaxEventsPerPacket + kMaxEventsAtTheEnd); }
+  /// For the events of how many packets is there room?
+  std::size_t room_for_packets() const noexcept {
+    return events_.room() < kMaxEventsAtTheEnd ? 0 : (events_.room() - kMaxEventsAtTheEnd) / kMaxEventsPerPacket;
+  }
+  bool ready() const noexcept { return room_for_packets() > 0; }
   bool pop(SourceEvent& event) noexcept;
 
   SourceCounters& counters() noexcept { return counters_; }

@@ -33,6 +33,9 @@ Bytes frame(std::uint32_t number) {
   return {out.bytes().begin(), out.bytes().end()};
 }
 
+// More than one turn of receiving takes: the connection has its turn in between.
+constexpr std::uint32_t kBurst = 600;
+
 /// A server by hand: says what QTM says, in one breath, because a client may not rely on pauses.
 struct ByHand {
   ByHand() : acceptor(io, tcp::endpoint(boost::asio::ip::address_v4::loopback(), 0)), server(io) {}
@@ -44,12 +47,27 @@ struct ByHand {
     client = std::make_unique<TrackerClient>(
         io, options,
         std::make_unique<QtmSession>(QtmSessionOptions{.tracker = {.event_capacity = 16}, .label_prefix = ""}), [this] {
-          for (SourceEvent event; client->pop(event);) {
-            kinds += "NSFE()"[static_cast<int>(event.kind)];
-            last = event.frame.header.sequence;
-          }
+          if (pops) take();
         });
     client->start();
+  }
+  void take() {
+    for (SourceEvent event; client->pop(event);) {
+      kinds += "NSFE()"[static_cast<int>(event.kind)];
+      last = event.frame.header.sequence;
+    }
+  }
+  /// Where the client wants its frames.
+  udp::endpoint datagrams_to() const {
+    const auto at = stream_command.find("UDP:");
+    EXPECT_NE(at, std::string::npos) << stream_command;
+    return {boost::asio::ip::address_v4::loopback(),
+            static_cast<std::uint16_t>(std::stoi(stream_command.substr(at + 4)))};
+  }
+  /// kBurst frames in its socket's buffer, before it can read one.
+  void burst() {
+    udp::socket sender(io, udp::endpoint(boost::asio::ip::address_v4::loopback(), 0));
+    for (std::uint32_t i = 1; i <= kBurst; ++i) sender.send_to(boost::asio::buffer(frame(i)), datagrams_to());
   }
   void accept() {
     bool accepted = false;
@@ -86,6 +104,7 @@ struct ByHand {
   std::unique_ptr<TrackerClient> client;
   std::string kinds, stream_command;
   std::uint64_t last = 0;
+  bool pops = true;
 };
 
 TEST(TrackerClient, TakesMoreFramesAtOnceThanItHasRoomFor) {
@@ -120,15 +139,49 @@ TEST(TrackerClient, EndsTheStreamAndConnectsAgain) {
   EXPECT_EQ(by_hand.client->counters().link, LinkState::kStreaming);
 }
 
+TEST(TrackerClient, AnEndDoesNotOvertakeTheDatagramsBeforeIt) {
+  ByHand by_hand;
+  by_hand.open(true);
+  by_hand.accept();
+  by_hand.burst();
+  by_hand.say(text(QtmPacketType::kNoMoreData, ""));
+  ASSERT_TRUE(run_until(by_hand.io, [&] { return by_hand.kinds.ends_with('E'); }));
+  EXPECT_EQ(by_hand.kinds, "NS" + std::string(kBurst, 'F') + "E");
+}
+
+TEST(TrackerClient, TakesTheDatagramsThatCameBeforeTheConnectionWasLost) {
+  ByHand by_hand;
+  by_hand.open(true);
+  by_hand.accept();
+  by_hand.burst();
+  by_hand.server.close();
+  ASSERT_TRUE(run_until(by_hand.io, [&] { return by_hand.kinds.ends_with('E'); }));
+  EXPECT_EQ(by_hand.kinds, "NS" + std::string(kBurst, 'F') + "E");
+}
+
+TEST(TrackerClient, PausesTheConnectionUntilThereIsRoomForTheDatagramsBeforeIt) {
+  ByHand by_hand;
+  by_hand.open(true);
+  by_hand.accept();
+  by_hand.pops = false;
+  by_hand.burst();
+  by_hand.say(text(QtmPacketType::kNoMoreData, ""));
+  by_hand.io.restart();
+  by_hand.io.run_for(std::chrono::milliseconds(100));
+  ASSERT_EQ(by_hand.kinds, "");
+  by_hand.pops = true;
+  by_hand.take();
+  by_hand.client->resume();
+  ASSERT_TRUE(run_until(by_hand.io, [&] { return by_hand.kinds.ends_with('E'); }));
+  EXPECT_EQ(by_hand.kinds, "NS" + std::string(kBurst, 'F') + "E");
+}
+
 TEST(TrackerClient, TakesDatagramsOfItsServerAlone) {
   ByHand by_hand;
   by_hand.open(true);
   by_hand.accept();
   EXPECT_FALSE(by_hand.client->keeps_order());
-  const auto at = by_hand.stream_command.find("UDP:");
-  ASSERT_NE(at, std::string::npos) << by_hand.stream_command;
-  const udp::endpoint to(boost::asio::ip::address_v4::loopback(),
-                         static_cast<std::uint16_t>(std::stoi(by_hand.stream_command.substr(at + 4))));
+  const udp::endpoint to = by_hand.datagrams_to();
   udp::socket own(by_hand.io, udp::endpoint(boost::asio::ip::make_address("127.0.0.1"), 0));
   udp::socket other(by_hand.io, udp::endpoint(boost::asio::ip::make_address("127.0.0.9"), 0));
   other.send_to(boost::asio::buffer(frame(6)), to);
