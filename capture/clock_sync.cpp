@@ -12,6 +12,11 @@ constexpr std::int64_t kSecond = 1'000'000'000;
 /// A reading further from the line than this is another clock, not a late packet: a tracker was restarted, or set.
 /// Arrivals may be late, but never so early.
 constexpr std::int64_t kLeapEarlyNs = 100'000'000, kLeapLateNs = 5 * kSecond;
+/// Takes are played at up to this pace. A tracker's clock that advances more between two frames has leapt.
+constexpr double kFastestPace = 20;
+/// A packet that was overtaken is behind for itself; so many in a row are a clock that was set back.
+constexpr std::int64_t kBehindNs = 250'000'000;
+constexpr std::size_t kReadingsBehind = 16;
 /// Round trips up to so much longer than the shortest one are believed.
 constexpr double kBelievedRoundTrip = 1.5;
 constexpr std::int64_t kBelievedSlackNs = 50'000;
@@ -44,7 +49,7 @@ void ClockSync::add_echo(std::int64_t sent_ns, std::int64_t tracker_ns, std::int
 }
 
 void ClockSync::reset() noexcept {
-  first_ = count_ = 0;
+  first_ = count_ = behind_ = 0;
   slope_ = 0;
   has_echo_.store(false, std::memory_order_relaxed);
   known_.store(false, std::memory_order_release);
@@ -52,24 +57,38 @@ void ClockSync::reset() noexcept {
 
 std::int64_t ClockSync::to_ours_ns(std::int64_t tracker_ns) const noexcept { return tracker_ns + offset_ns(); }
 
-bool ClockSync::leaps_from_line(const Point& point) const noexcept {
+bool ClockSync::stays_behind(const Point& point) noexcept {
+  const std::int64_t behind_ns = difference_ns(newest_ns_, point.tracker_ns);
+  behind_ = behind_ns > kBehindNs ? behind_ + 1 : 0;
+  return behind_ns > kSecond || behind_ == kReadingsBehind;
+}
+
+/// Against the reading before it alone. So does a fresh packet after a late one: the line must say the same.
+bool ClockSync::steps_ahead(const Point& point) const noexcept {
+  const auto theirs_ns = static_cast<double>(difference_ns(point.tracker_ns, previous_.tracker_ns));
+  const double ours_ns = theirs_ns + static_cast<double>(difference_ns(point.offset_ns, previous_.offset_ns));
+  return theirs_ns - ours_ns > static_cast<double>(kLeapEarlyNs) + kFastestPace * std::max(ours_ns, 0.0);
+}
+
+bool ClockSync::leaps(const Point& point) noexcept {
   if (count_ == 0) return false;
-  const Point& last = points_[(first_ + count_ - 1) % kSeconds];
-  if (point.tracker_ns < last.tracker_ns - kSecond) return true;
+  if (stays_behind(point)) return true;
   const double ahead_ns = static_cast<double>(difference_ns(point.tracker_ns, reference_ns_));
   const double expected_ns = static_cast<double>(offset_ns()) + slope_ * ahead_ns;
   const double error_ns = static_cast<double>(point.offset_ns) - expected_ns;
-  // Before the slope is known, a take played at another pace runs away from the line by itself.
-  const double allowance_ns = slope_ == 0 ? std::abs(ahead_ns) : 0;
-  return error_ns < -static_cast<double>(kLeapEarlyNs) - allowance_ns ||
-         error_ns > static_cast<double>(kLeapLateNs) + allowance_ns;
+  // Before the slope is known, a take played at another pace runs away from the line by itself, step by step.
+  const bool has_slope = slope_ != 0;
+  if (error_ns < -static_cast<double>(kLeapEarlyNs)) return has_slope || steps_ahead(point);
+  return error_ns > static_cast<double>(kLeapLateNs) + (has_slope ? 0 : std::abs(ahead_ns));
 }
 
 void ClockSync::add(const Point& point, bool is_echo) noexcept {
-  if (leaps_from_line(point)) {
+  if (leaps(point)) {
     leaps_.add();
     reset();
   }
+  newest_ns_ = count_ == 0 ? point.tracker_ns : std::max(newest_ns_, point.tracker_ns);
+  previous_ = point;
   has_echo_.store(is_echo, std::memory_order_relaxed);
   Point* last = count_ > 0 ? &points_[(first_ + count_ - 1) % kSeconds] : nullptr;
   if (last != nullptr && second_of(point.tracker_ns) < second_of(last->tracker_ns)) return;  // late; nothing new in it

@@ -49,7 +49,9 @@ class ClockSync {
   static constexpr std::size_t kSeconds = 64;
 
   void add(const Point& point, bool is_echo) noexcept;
-  bool leaps_from_line(const Point& point) const noexcept;
+  bool leaps(const Point& point) noexcept;
+  bool stays_behind(const Point& point) noexcept;
+  bool steps_ahead(const Point& point) const noexcept;
   void fit() noexcept;
   void fit_under_all() noexcept;
   void fit_shortest_round_trips() noexcept;
@@ -59,6 +61,9 @@ class ClockSync {
   std::size_t first_ = 0, count_ = 0;
   double slope_ = 0;               ///< of the offset, per ns of the tracker's clock
   std::int64_t reference_ns_ = 0;  ///< the tracker's time that offset_ns_ belongs to
+  Point previous_;                 ///< the reading before this one
+  std::int64_t newest_ns_ = 0;     ///< the tracker's latest time
+  std::size_t behind_ = 0;         ///< readings in a row that are behind it
 
   std::atomic<bool> known_{false}, has_echo_{false};
   std::atomic<std::int64_t> offset_ns_{0}, uncertainty_ns_{0};

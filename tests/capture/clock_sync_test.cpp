@@ -72,6 +72,44 @@ TEST(ClockSync, BeginsAnewWhenTheTrackersClockLeaps) {
   EXPECT_EQ(sync.offset_ns(), 2 * kOffset);
 }
 
+TEST(ClockSync, NoticesALeapAheadBeforeItKnowsTheSlope) {
+  for (const std::int64_t leap_ns : {kSecond / 2, 60 * kSecond, 3600 * kSecond}) {
+    ClockSync sync;
+    arrive(sync, 0, 1);
+    for (int f = 0; f < 120; ++f) {
+      const std::int64_t time_ns = kSecond + f * kSecond / 120;
+      sync.add_arrival(time_ns + leap_ns, ours(time_ns, 0));
+    }
+    EXPECT_EQ(sync.leaps().value(), 1u) << leap_ns;
+    EXPECT_EQ(sync.offset_ns(), kOffset - leap_ns);
+  }
+}
+
+TEST(ClockSync, NoticesAClockSetBackByASecondWhenItStaysBehind) {
+  ClockSync sync;
+  arrive(sync, 0, 20);
+  for (int f = 0; f < 120; ++f) {
+    const std::int64_t time_ns = 20 * kSecond + f * kSecond / 120;
+    sync.add_arrival(time_ns - kSecond / 2, ours(time_ns, 0));
+  }
+  EXPECT_EQ(sync.leaps().value(), 1u);
+  EXPECT_EQ(sync.offset_ns(), kOffset + kSecond / 2);
+}
+
+TEST(ClockSync, TakesNoPacketThatIsLateOrWasOvertakenForALeap) {
+  ClockSync sync;
+  for (int f = 0; f < 1200; ++f) {
+    const std::int64_t time_ns = f * kSecond / 120;
+    // Every 400 frames one is held up for 2 s, and those behind it are lost until it came; then one is overtaken.
+    const int place = f % 400;
+    if (place > 100 && place < 340) continue;
+    sync.add_arrival(time_ns, ours(time_ns + (place == 100 ? 2 * kSecond : 0), 0));
+    if (place == 350) sync.add_arrival(time_ns - kSecond / 2, ours(time_ns, 0));
+  }
+  EXPECT_EQ(sync.leaps().value(), 0u);
+  EXPECT_EQ(sync.offset_ns(), kOffset);
+}
+
 TEST(ClockSync, FollowsATakePlayedAtAnotherPace) {
   ClockSync sync;
   for (int f = 0; f < 60 * 200; ++f) sync.add_arrival(f * kSecond / 60, kOffset + f * kSecond / 600);
