@@ -1,5 +1,6 @@
 #include "generate/continuation.h"
 
+#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 #include <stdexcept>
@@ -72,8 +73,10 @@ bool Continuer::is_due(const AuFrame& frame) noexcept {
   }
   last_time_ns_ = time_ns;
   const std::int64_t tolerance_ns = interval_ns_ / 4;
-  if (time_ns < due_ns_ - tolerance_ns) return false;
-  due_ns_ = time_ns > due_ns_ + interval_ns_ ? time_ns + interval_ns_ : due_ns_ + interval_ns_;
+  const std::int64_t late_ns = difference_ns(time_ns, due_ns_);
+  if (late_ns < -tolerance_ns) return false;
+  // At the end of time itself, all is due.
+  due_ns_ = std::min(late_ns > interval_ns_ ? time_ns : due_ns_, INT64_MAX - interval_ns_) + interval_ns_;
   return true;
 }
 

@@ -74,9 +74,9 @@ float DampedVelocity::velocity_of(std::size_t au) noexcept {
   for (std::size_t newer = 0; newer < frames; ++newer) {
     for (std::size_t older = newer + 1; older < frames; ++older) {
       const Moment &a = past(older), &b = past(newer);
-      if (past(0).time_ns - a.time_ns > window_ns) break;
+      if (difference_ns(past(0).time_ns, a.time_ns) > window_ns) break;
       if (std::isnan(a.velocity_per_s[au]) || std::isnan(b.velocity_per_s[au])) continue;
-      slopes_[slopes++] = (b.x[au] - a.x[au]) / static_cast<float>(seconds(b.time_ns - a.time_ns));
+      slopes_[slopes++] = (b.x[au] - a.x[au]) / static_cast<float>(seconds(difference_ns(b.time_ns, a.time_ns)));
     }
   }
   if (slopes == 0) return 0;
@@ -94,19 +94,20 @@ double DampedVelocity::predicted(const Moment& from, std::size_t au, double ahea
 
 /// Scores every past prediction whose time lies between the last two frames.
 void DampedVelocity::learn() noexcept {
-  if (count_ < 2 || past(0).time_ns - past(1).time_ns > kLongestInterpolation_ns) return;
+  if (count_ < 2 || difference_ns(past(0).time_ns, past(1).time_ns) > kLongestInterpolation_ns) return;
   for (std::size_t step = 0; step < step_count_; ++step) learn_step(step);
 }
 
 void DampedVelocity::learn_step(std::size_t step) noexcept {
   const Moment &now = past(0), &before = past(1);
-  const double forget = std::exp(-seconds(now.time_ns - before.time_ns) / options_.memory_s);
+  const std::int64_t interval_ns = now.time_ns - before.time_ns;  // learn() has seen that it is short
+  const double forget = std::exp(-seconds(interval_ns) / options_.memory_s);
   for (std::size_t back = 1; back < count_; ++back) {
     const Moment& from = past(back);
-    const std::int64_t target_ns = from.time_ns + ahead_ns_[step];
-    if (target_ns <= before.time_ns) break;  // older ones aimed earlier still
-    if (target_ns > now.time_ns) continue;
-    const double share = seconds(target_ns - before.time_ns) / seconds(now.time_ns - before.time_ns);
+    const std::int64_t past_before_ns = difference_ns(ahead_ns_[step], difference_ns(before.time_ns, from.time_ns));
+    if (past_before_ns <= 0) break;  // older ones aimed earlier still
+    if (past_before_ns > interval_ns) continue;
+    const double share = seconds(past_before_ns) / seconds(interval_ns);
     for (std::size_t au = 0; au < upper_bound_.size(); ++au) {
       const bool observed = !std::isnan(now.velocity_per_s[au]) && !std::isnan(before.velocity_per_s[au]) &&
                             !std::isnan(from.velocity_per_s[au]);

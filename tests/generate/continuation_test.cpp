@@ -46,6 +46,16 @@ TEST(Continuer, DecimatesByCaptureTimeToAtMost60Hz) {
   }
 }
 
+TEST(Continuer, GoesOnAtTheEndsOfTime) {
+  Recorder::Log log;
+  Continuer continuer(std::make_unique<Recorder>(log));
+  Continuation out;
+  const std::vector<std::int64_t> times_ns{INT64_MIN, INT64_MAX - 1, INT64_MAX, INT64_MIN, 0, 1'000'000'000};
+  for (const std::int64_t time_ns : times_ns) continuer.process(frame_at(time_ns), out);
+  EXPECT_EQ(log.times_ns,
+            (std::vector<std::int64_t>{INT64_MIN, INT64_MAX - 1, INT64_MAX, INT64_MIN, 0, 1'000'000'000}));
+}
+
 TEST(Continuer, FillsHeaderAndHorizons) {
   Recorder::Log log;
   Continuer continuer(std::make_unique<Recorder>(log), {.horizons_ms = {16.5, 500}});

@@ -47,6 +47,21 @@ TEST(DampedVelocity, FollowsItsFormulaOnAStraightLine) {
   }
 }
 
+TEST(DampedVelocity, LearnsNothingFromTimesThatNoClockReaches) {
+  Runner runner;
+  // Farther apart than 64 bits of nanoseconds can say.
+  for (const double from_s : {-5.7e9, 5.7e9, -9.2e9, 9.2e9}) {
+    for (int f = 0; f < 20; ++f) runner.at(from_s + f / 50.0, 0.02 * f);
+  }
+  Continuation out;
+  for (int f = 0; f < 60; ++f) out = runner.at(f / 60.0, 0.5);
+  for (std::uint32_t step = 0; step < out.step_count; ++step) {
+    EXPECT_NEAR(out.intensity[step][0], 0.5, 1e-6);
+    EXPECT_GT(out.standard_deviation[step][0], 0);
+    EXPECT_LT(out.standard_deviation[step][0], 0.3);
+  }
+}
+
 TEST(DampedVelocity, NeverLeavesTheBounds) {
   Runner runner;
   for (int f = 0; f < 600; ++f) {
