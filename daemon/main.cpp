@@ -1,16 +1,17 @@
 // risoriusd: the live service.
 #include <CLI/CLI.hpp>
 #include <csignal>
-#include <cstdio>
 #include <exception>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+#include <unistd.h>
 
 #include "capture/version.h"
 #include "daemon/config.h"
 #include "daemon/counter_table.h"
 #include "daemon/service.h"
 #include "daemon/status.h"
+#include "daemon/terminal.h"
 
 int main(int argc, char** argv) {
   CLI::App app(
@@ -29,6 +30,9 @@ int main(int argc, char** argv) {
   }
   // A file that may not grow is an error of the recorder's, not the end of the service.
   std::signal(SIGXFSZ, SIG_IGN);
+  // Nor is a pipe whose reader has gone.
+  std::signal(SIGPIPE, SIG_IGN);
+  risorius::Terminal out(STDOUT_FILENO), log(STDERR_FILENO);
   try {
     const risorius::Config config = path.empty() ? risorius::default_config() : risorius::load_config(path);
     if (print) {
@@ -37,22 +41,21 @@ int main(int argc, char** argv) {
     }
     risorius::Service service(config);
     // Beside what the status says: somebody may be looking at this terminal alone.
-    service.on_notice([](const std::string& line) { fmt::print(stderr, "{}\n", line); });
+    service.on_notice([&log](const std::string& line) { log.say(line + "\n"); });
     for (std::size_t i = 0; i < config.sources.size(); ++i) {
-      fmt::print("{}: listening on {}, rig {}\n", config.sources[i].name, service.input_endpoint(i),
-                 config.sources[i].rig);
+      out.say(fmt::format("{}: listening on {}, rig {}\n", config.sources[i].name, service.input_endpoint(i),
+                          config.sources[i].rig));
     }
-    fmt::print("publishing on {}, control on {}\n", service.publish_endpoint(), service.control_endpoint());
-    std::fflush(stdout);
+    out.say(fmt::format("publishing on {}, control on {}\n", service.publish_endpoint(), service.control_endpoint()));
     service.run();
-    fmt::print("{}", risorius::summary_of(service.status()));
+    out.say(risorius::summary_of(service.status()));
     if (const auto problem = service.recording_problem(); !problem.empty()) {
-      fmt::print(stderr, "risoriusd: recording: {}\n", problem);
+      log.say(fmt::format("risoriusd: recording: {}\n", problem));
       return 1;
     }
     return 0;
   } catch (const std::exception& error) {
-    fmt::print(stderr, "risoriusd: {}\n", error.what());
+    log.say(fmt::format("risoriusd: {}\n", error.what()));
     return 1;
   }
 }
