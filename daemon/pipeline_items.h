@@ -44,6 +44,7 @@ struct OutputItem {
   std::array<char, kMaxRecordingNameBytes> recording_name_bytes{};
   std::int64_t cleaned_ns = 0, solved_ns = 0;  ///< kSolved: CLOCK_MONOTONIC after these stages; of a shape frame: when
                                                ///< it was taken up, and mapped
+  std::uint64_t neutral = 0;                   ///< kSolved: how many live neutrals were taken before it was solved
   SolvedFrame solved;
 };
 

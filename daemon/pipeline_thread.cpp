@@ -1,5 +1,7 @@
 #include "daemon/pipeline_thread.h"
 
+#include <algorithm>
+
 #include "capture/check.h"
 #include "capture/monotonic_clock.h"
 
@@ -8,7 +10,21 @@ namespace risorius {
 PipelineStream::PipelineStream(const PipelineOptions& options, Rig rig, const ArkitTable* shape_table)
     : stages(options, std::move(rig)) {
   if (shape_table != nullptr) shapes = std::make_unique<ShapeMapper>(*shape_table, stages.rig());
-  note_rig();
+  note_actor(0);
+}
+
+std::shared_ptr<const PipelineStream::Actor> PipelineStream::actor_of(std::uint64_t neutral) const {
+  const std::scoped_lock lock(mutex_);
+  const auto found = std::ranges::find(actors_, neutral, [](const auto& actor) { return actor->neutral; });
+  return found == actors_.end() ? nullptr : *found;
+}
+
+void PipelineStream::note_actor(std::uint64_t neutral) {
+  auto actor = std::make_shared<Actor>(Actor{.neutral = neutral, .rig = stages.rig(), .shape_neutral = {}});
+  if (shapes) actor->shape_neutral = shapes->neutral();
+  const std::scoped_lock lock(mutex_);
+  actors_.push_back(std::move(actor));
+  if (actors_.size() > kActorsKept) actors_.pop_front();
 }
 
 PipelineThread::PipelineThread(Channel<AdmittedItem>& admitted, std::deque<PipelineStream>& streams,
@@ -82,6 +98,7 @@ void PipelineThread::work_on(const AdmittedItem& item) {
       } else {
         stream.stages.begin_neutral_capture(item.duration_ns);
       }
+      note_neutral_failures(stream);
       break;
     case AdmittedItem::Kind::kRecordingStarted:
     case AdmittedItem::Kind::kRecordingStopped:
@@ -126,6 +143,7 @@ void PipelineThread::hand_on_solved(PipelineStream& stream, std::uint32_t stream
 void PipelineThread::hand_on_frame(PipelineStream& stream, std::uint32_t stream_id) noexcept {
   out_.kind = OutputItem::Kind::kSolved;
   out_.stream_id = stream_id;
+  out_.neutral = stream.neutral_captures.value();
   stream.processed.add();
   stream.by_status[static_cast<std::size_t>(out_.solved.aus.status)].add();
   stream.cycles.longest_clean_ns.raise_to(static_cast<std::uint64_t>(out_.cleaned_ns - begun_ns_));
@@ -135,7 +153,7 @@ void PipelineThread::hand_on_frame(PipelineStream& stream, std::uint32_t stream_
   const std::uint64_t neutrals =
       stream.shapes ? stream.shapes->neutrals_completed() : stream.stages.neutral_capture().completed;
   if (neutrals != stream.neutral_captures.value()) {
-    stream.note_rig();
+    stream.note_actor(neutrals);
     stream.neutral_captures.set(neutrals);
     hand_on_control(OutputItem::Kind::kNeutral, stream_id, nullptr);
     out_.kind = OutputItem::Kind::kSolved;

@@ -55,27 +55,27 @@ struct PipelineStream {
   Counter neutral_captures;  ///< completed
   Counter neutral_failures;  ///< refused or cancelled
 
-  /// The rig with its present neutral. From any thread.
-  Rig current_rig() const {
+  /// What frames are solved with from one live neutral to the next.
+  struct Actor {
+    std::uint64_t neutral = 0;  ///< how many were taken before
+    Rig rig;
+    std::array<double, kFaceShapes> shape_neutral{};  ///< taken off the face shapes; all 0 for a stream of markers
+  };
+  /// As it is now. From any thread.
+  std::shared_ptr<const Actor> actor() const {
     const std::scoped_lock lock(mutex_);
-    return rig_;
+    return actors_.back();
   }
-  /// What is taken off the face shapes; all 0 for a stream of markers. From any thread.
-  std::array<double, kFaceShapes> shape_neutral() const {
-    const std::scoped_lock lock(mutex_);
-    return shape_neutral_;
-  }
-  void note_rig() {
-    const std::scoped_lock lock(mutex_);
-    rig_ = stages.rig();
-    if (shapes) shape_neutral_ = shapes->neutral();
-  }
+  /// As it was after so many neutrals, for whoever lags behind; null if that is kActorsKept neutrals ago. From any
+  /// thread.
+  std::shared_ptr<const Actor> actor_of(std::uint64_t neutral) const;
+  void note_actor(std::uint64_t neutral);
 
  private:
   mutable std::mutex mutex_;  // taken when a set or a neutral begins and for a status, never per frame
   std::string rig_problem_, absent_markers_;
-  Rig rig_;
-  std::array<double, kFaceShapes> shape_neutral_{};
+  static constexpr std::size_t kActorsKept = 256;
+  std::deque<std::shared_ptr<const Actor>> actors_;  ///< the latest, oldest first
 };
 
 class PipelineThread {

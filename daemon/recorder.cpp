@@ -63,9 +63,7 @@ void Recorder::record(const OutputItem& item) noexcept {
       finish_take(state);
       break;
     case OutputItem::Kind::kNeutral:
-      finish_take(state);  // a take has one neutral
-      options_.streams[item.stream_id] = options_.current(item.stream_id);
-      break;
+      break;  // the frames say which one they were solved with
     case OutputItem::Kind::kRecordingStarted:
     case OutputItem::Kind::kRecordingStopped:
       if (!options_.follow_tracker) break;
@@ -78,12 +76,14 @@ void Recorder::record(const OutputItem& item) noexcept {
         frames_outside_.add();
         break;
       }
-      record(state, item.stream_id, item.solved);
+      record_frame(state, item);
       break;
   }
 }
 
-void Recorder::record(StreamState& state, std::uint32_t stream_id, const SolvedFrame& frame) noexcept {
+void Recorder::record_frame(StreamState& state, const OutputItem& item) noexcept {
+  const SolvedFrame& frame = item.solved;
+  if (item.neutral != state.neutral) finish_take(state);  // a take has one neutral
   const bool fits_set = state.markers != nullptr && state.markers->names.size() == frame.markers.count;
   if (state.failed || !fits_set) {
     frames_not_written_.add();
@@ -92,11 +92,24 @@ void Recorder::record(StreamState& state, std::uint32_t stream_id, const SolvedF
   try {
     if (state.take && !state.take->continues_with(frame.markers)) finish_take(state);
     ++state.frames;  // first: a take that cannot be begun has lost this frame
-    if (!state.take) begin_take(state, options_.streams[stream_id]);
+    if (item.neutral != state.neutral) take_neutral(state, item);
+    if (!state.take) begin_take(state, options_.streams[item.stream_id]);
     state.take->write(frame);
   } catch (const std::exception& error) {
     give_up_take(state, error.what());
   }
+}
+
+/// This thread may lag: the rig is the one that the frame was solved with, not the newest.
+void Recorder::take_neutral(StreamState& state, const OutputItem& item) {
+  auto stream = options_.with_neutral(item.stream_id, item.neutral);
+  if (!stream) {
+    throw UserError(options_.streams[item.stream_id].name,
+                    fmt::format("the rig of live neutral {} is forgotten: the disk is far behind", item.neutral),
+                    "take neutrals less often, or record to a faster disk");
+  }
+  options_.streams[item.stream_id] = *std::move(stream);
+  state.neutral = item.neutral;
 }
 
 void Recorder::begin_take(StreamState& state, const Stream& stream) {

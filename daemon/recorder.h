@@ -9,6 +9,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -27,11 +28,12 @@ class Recorder {
     std::string metadata_json;  ///< into every take.json of the stream
   };
   struct Options {
-    std::filesystem::path folder;                            ///< made here; must not exist yet
-    std::vector<Stream> streams;                             ///< by stream id
-    std::string card_markdown;                               ///< README.md of the dataset
-    bool follow_tracker = false;                             ///< record only while the tracker records
-    std::function<Stream(std::uint32_t stream_id)> current;  ///< asked when a live neutral was taken
+    std::filesystem::path folder;  ///< made here; must not exist yet
+    std::vector<Stream> streams;   ///< by stream id
+    std::string card_markdown;     ///< README.md of the dataset
+    bool follow_tracker = false;   ///< record only while the tracker records
+    /// The stream after so many live neutrals, asked when frames solved with that one come; nullopt if it is forgotten.
+    std::function<std::optional<Stream>(std::uint32_t stream_id, std::uint64_t neutral)> with_neutral;
   };
 
   Recorder(Options options, Channel<OutputItem>& results);
@@ -56,14 +58,16 @@ class Recorder {
     const MarkerSet* markers = nullptr;
     std::unique_ptr<TakeDataset> take;
     int takes = 0;
-    std::uint64_t frames = 0;  ///< in the take
-    bool failed = false;       ///< until the next take
+    std::uint64_t frames = 0;   ///< in the take
+    std::uint64_t neutral = 0;  ///< that the stream's rig has
+    bool failed = false;        ///< until the next take
     bool tracker_records = false;
     std::string tracker_recording;  ///< the tracker's name for it
   };
   void run() noexcept;
   void record(const OutputItem& item) noexcept;
-  void record(StreamState& state, std::uint32_t stream_id, const SolvedFrame& frame) noexcept;
+  void record_frame(StreamState& state, const OutputItem& item) noexcept;
+  void take_neutral(StreamState& state, const OutputItem& item);
   void begin_take(StreamState& state, const Stream& stream);
   void finish_take(StreamState& state) noexcept;
   void give_up_take(StreamState& state, const std::string& why) noexcept;

@@ -32,10 +32,10 @@ constexpr std::size_t kContinuationQueue = 256;
 constexpr double kLongestNeutralSeconds = 60;
 
 /// What take.json says of a stream of face shapes.
-nlohmann::json shapes_json(const PipelineStream& stream, const ArkitTable& table) {
+nlohmann::json shapes_json(const PipelineStream& stream, const PipelineStream::Actor& actor, const ArkitTable& table) {
   nlohmann::json neutral = nlohmann::json::object();
   const auto names = live_link_shape_names();
-  const auto offsets = stream.shape_neutral();
+  const auto& offsets = actor.shape_neutral;
   for (std::size_t i = 0; i < kFaceShapes; ++i) {
     if (offsets[i] != 0) neutral[std::string(names[i])] = offsets[i];
   }
@@ -57,15 +57,18 @@ Recorder::Options recorder_options(const Config& config, const std::deque<Pipeli
                                 {"pseudonym", config.record.pseudonym},
                                 {"consent", config.record.consent},
                                 {"session_clock", {{"monotonic_ns", monotonic_now_ns()}, {"utc_ns", utc_now_ns()}}}};
-  options.current = [&streams, &config, metadata](std::uint32_t i) {
+  options.with_neutral = [&streams, &config, metadata](std::uint32_t i,
+                                                       std::uint64_t neutral) -> std::optional<Recorder::Stream> {
+    const auto actor = streams[i].actor_of(neutral);
+    if (!actor) return std::nullopt;
     nlohmann::json of_stream = metadata;
-    if (streams[i].shapes) of_stream["shapes"] = shapes_json(streams[i], shipped_arkit_table());
-    return Recorder::Stream{config.sources[i].name, streams[i].current_rig(), of_stream.dump()};
+    if (streams[i].shapes) of_stream["shapes"] = shapes_json(streams[i], *actor, shipped_arkit_table());
+    return Recorder::Stream{config.sources[i].name, actor->rig, of_stream.dump()};
   };
   std::string stages, rigs, mapped;
   for (std::size_t i = 0; i < config.sources.size(); ++i) {
     const SourceConfig& source = config.sources[i];
-    options.streams.push_back(options.current(static_cast<std::uint32_t>(i)));
+    options.streams.push_back(options.with_neutral(static_cast<std::uint32_t>(i), 0).value());
     stages += "# source " + source.name + "\n" + print_stage_config(source.stages);
     if (streams[i].shapes) mapped += (mapped.empty() ? "" : ", ") + source.name;
     rigs += (rigs.empty() ? "" : ", ") + options.streams.back().rig.name;
@@ -94,7 +97,7 @@ SessionDescription session_description(const Config& config, const std::deque<Pi
   for (std::size_t i = 0; i < streams.size(); ++i) {
     const std::string& listen = config.sources[i].listen;
     description.streams.push_back(
-        {config.sources[i].name, listen.substr(0, listen.find("://")), rig_to_json(streams[i].current_rig())});
+        {config.sources[i].name, listen.substr(0, listen.find("://")), rig_to_json(streams[i].actor()->rig)});
   }
   return description;
 }
@@ -132,7 +135,7 @@ Service::Service(const Config& config, PipelineThread::AllocationProbe allocatio
                                 .session = session_.get()};
   for (std::size_t i = 0; i < streams_.size(); ++i)
     publishing.streams.push_back({config_.sources[i].name, streams_[i].stages.rig().au_names()});
-  for (const PipelineStream& stream : streams_) slips_.emplace_back([&stream] { return stream.current_rig(); });
+  for (const PipelineStream& stream : streams_) slips_.emplace_back([&stream] { return stream.actor()->rig; });
   publishing.after_publishing = [this](const OutputItem& item) { slips_[item.stream_id].take(item); };
   publishing.make_status = [this](bool last, std::uint64_t message) {
     auto json = status();
@@ -176,6 +179,9 @@ Service::~Service() {
 }
 
 void Service::run() {
+  // A terminal that is closed ends the service like any other end; under nohup the signal is ignored, and stays so.
+  struct sigaction of_hangup {};
+  if (::sigaction(SIGHUP, nullptr, &of_hangup) == 0 && of_hangup.sa_handler != SIG_IGN) signals_.add(SIGHUP);
   signals_.async_wait([this](const boost::system::error_code& error, int) {
     if (!error) stop();
   });

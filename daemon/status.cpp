@@ -70,7 +70,7 @@ nlohmann::json status_of_stream(const StreamInput& input, const PipelineStream& 
   const SourceCounters& source = input.source();
   const ReorderCounters& reorder = input.reorder();
   nlohmann::json json{{"endpoint", input.endpoint()},
-                      {"rig", stream.current_rig().name},
+                      {"rig", stream.actor()->rig.name},
                       {"rig_problem", stream.rig_problem()},
                       {"rig_absent_markers", stream.absent_markers()}};
   json["state"] = input.state();

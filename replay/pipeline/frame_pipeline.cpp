@@ -94,8 +94,13 @@ void FramePipeline::cancel_neutral() noexcept {
 }
 
 void FramePipeline::begin_neutral_capture(std::int64_t duration_ns) noexcept {
+  cancel_neutral();  // the later request counts
   neutral_.running = true;
   neutral_duration_ns_ = duration_ns;
+  restart_neutral();
+}
+
+void FramePipeline::restart_neutral() noexcept {
   neutral_begin_ns_.reset();
   neutral_.frames = 0;
   neutral_sum_mm_.setZero();
@@ -107,10 +112,7 @@ void FramePipeline::add_to_neutral(const SolvedFrame& frame) {
   if (frame.aus.status != SolverStatus::kConverged) return;
   if (!neutral_begin_ns_) neutral_begin_ns_ = frame.markers.header.capture_time_ns;
   const std::int64_t elapsed_ns = difference_ns(frame.markers.header.capture_time_ns, *neutral_begin_ns_);
-  if (elapsed_ns < 0) {  // the tracker's clock was set back: begin anew
-    begin_neutral_capture(neutral_duration_ns_);
-    return;
-  }
+  if (elapsed_ns < 0) return restart_neutral();  // the tracker's clock was set back
   if (elapsed_ns >= neutral_duration_ns_) {
     finish_neutral();
     return;

@@ -107,6 +107,7 @@ class FramePipeline {
   void add_to_neutral(const SolvedFrame& frame);
   void finish_neutral();
   void cancel_neutral() noexcept;
+  void restart_neutral() noexcept;
 
   Rig rig_;
   Despiker despiker_;

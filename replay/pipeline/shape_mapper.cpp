@@ -77,8 +77,13 @@ void ShapeMapper::process(const ShapeFrame& frame, AuFrame& out) noexcept {
 }
 
 void ShapeMapper::begin_neutral_capture(std::int64_t duration_ns) noexcept {
+  if (neutral_running_) ++neutrals_cancelled_;  // the later request counts
   neutral_running_ = true;
   neutral_duration_ns_ = duration_ns;
+  restart_neutral();
+}
+
+void ShapeMapper::restart_neutral() noexcept {
   neutral_begin_ns_.reset();
   neutral_sum_.fill(0);
   neutral_count_.fill(0);
@@ -87,7 +92,7 @@ void ShapeMapper::begin_neutral_capture(std::int64_t duration_ns) noexcept {
 void ShapeMapper::add_to_neutral(const ShapeFrame& frame) noexcept {
   if (!neutral_begin_ns_) neutral_begin_ns_ = frame.header.capture_time_ns;
   const std::int64_t elapsed_ns = difference_ns(frame.header.capture_time_ns, *neutral_begin_ns_);
-  if (elapsed_ns < 0) return begin_neutral_capture(neutral_duration_ns_);  // the device's clock was set back
+  if (elapsed_ns < 0) return restart_neutral();  // the device's clock was set back
   if (elapsed_ns >= neutral_duration_ns_) {
     for (std::size_t i = 0; i < kFaceShapes; ++i)
       neutral_[i] = neutral_count_[i] > 0 ? neutral_sum_[i] / neutral_count_[i] : 0;

@@ -49,6 +49,7 @@ class ShapeMapper {
   };
   void read_shapes(const ShapeFrame& frame) noexcept;
   void add_to_neutral(const ShapeFrame& frame) noexcept;
+  void restart_neutral() noexcept;
 
   ArkitReader reader_;
   std::uint32_t au_set_id_;

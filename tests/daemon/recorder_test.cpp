@@ -20,8 +20,11 @@ class Record : public ::testing::Test {
             .streams = {{stream, rig_, "{}"}},
             .card_markdown = "card",
             .follow_tracker = follow_tracker,
-            .current = [this](std::uint32_t) {
-              return Recorder::Stream{"", rig_, "{}"};
+            .with_neutral = [this, stream](std::uint32_t, std::uint64_t neutral) -> std::optional<Recorder::Stream> {
+              if (neutral > 2) return std::nullopt;
+              Rig rig = rig_;
+              rig.source = "neutral " + std::to_string(neutral);
+              return Recorder::Stream{stream, rig, "{}"};
             }};
   }
   void send_set() {
@@ -79,6 +82,34 @@ TEST_F(Record, FollowsTheTrackersOwnRecording) {
   EXPECT_EQ(take("face-001").at("frames"), 20);
   EXPECT_EQ(take("face-002").at("tracker_recording"), "Take 008");
   EXPECT_EQ(take("face-002").at("frames"), 5);
+}
+
+TEST_F(Record, ATakeHasTheRigThatItsFramesWereSolvedWith) {
+  Recorder recorder(options("face", false), results_);
+  send_set();
+  for (std::uint64_t neutral = 0; neutral < 3; ++neutral) {
+    item_->neutral = neutral;  // no item between them: the frames alone must tell
+    send_frames(10 * neutral, 10 * neutral + 9);
+  }
+  recorder.stop();
+  EXPECT_EQ(recorder.takes_finished(), 3u);
+  EXPECT_EQ(take("face-001").at("rig").at("source"), rig_.source);
+  EXPECT_EQ(take("face-002").at("rig").at("source"), "neutral 1");
+  EXPECT_EQ(take("face-003").at("rig").at("source"), "neutral 2");
+}
+
+TEST_F(Record, RefusesFramesWhoseRigIsForgotten) {
+  Recorder recorder(options("face", false), results_);
+  send_set();
+  send_frames(0, 9);
+  item_->neutral = 3;
+  send_frames(10, 19);
+  item_->neutral = 2;
+  send_frames(20, 29);
+  recorder.stop();
+  EXPECT_EQ(recorder.frames_recorded(), 20u);
+  EXPECT_EQ(recorder.frames_not_written(), 10u);
+  EXPECT_NE(recorder.problem().find("live neutral 3"), std::string::npos) << recorder.problem();
 }
 
 TEST_F(Record, RecordsAllWhereItIsNotToFollow) {
