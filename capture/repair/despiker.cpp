@@ -136,8 +136,9 @@ void Despiker::process(MarkerFrame& frame) noexcept {
   const bool determined = head_.process(frame);
   for (Track& track : tracks_) track.unseen_s += step_s_;
   for (std::size_t i = 0; i < frame.count; ++i) {
-    const bool measured = frame.state[i] == MarkerState::kMeasured;
-    if (measured && !head_.measured()[i]) reject(frame, i, RejectReason::kNotFinite);
+    if (frame.state[i] != MarkerState::kMeasured || head_.measured()[i]) continue;
+    const bool finite = to_vector(frame.position_mm[i]).allFinite();
+    reject(frame, i, finite ? RejectReason::kDeviation : RejectReason::kNotFinite);
   }
   if (!determined) return;  // without a head there is nothing to judge by
   statistics_.observe(head_.position_head_mm(), head_.measured());

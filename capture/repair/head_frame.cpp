@@ -20,6 +20,10 @@ constexpr double kFloorMm2 = 0.3 * 0.3;
 constexpr double kRobustScale = 3.0;
 constexpr int kReweightings = 2;
 constexpr double kLongestStepS = 1.0;
+/// A marker farther from the median of all than so many times the median distance, and that on top, belongs to no face:
+/// wide enough for a whole body under the same set.
+constexpr double kFarMultiple = 20, kFarMm = 2000;
+constexpr std::ptrdiff_t kFewestForFar = 4;
 
 bool finite(Position p) noexcept { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
 
@@ -59,6 +63,7 @@ void HeadFrame::use_names(const std::vector<std::string>& names) {
   position_world_mm_.assign(names.size(), Eigen::Vector3d::Zero());
   position_head_mm_.assign(names.size(), Eigen::Vector3d::Zero());
   weight_.assign(names.size(), 0);
+  scratch_.reserve(names.size());
   measured_.assign(names.size(), 0);
   has_reference_ = std::count_if(samples_.begin(), samples_.end(), [](double n) { return n > 0; }) >= 3;
   if (!has_reference_) reset();
@@ -89,11 +94,32 @@ bool HeadFrame::process(const MarkerFrame& frame) noexcept {
     measured_[i] = frame.state[i] == MarkerState::kMeasured && finite(p);
     if (measured_[i]) position_world_mm_[i] = Eigen::Vector3d(p.x, p.y, p.z);
   }
+  leave_out_far_markers();
   determined_ = has_reference_ ? align() : start_reference(frame);
   for (std::size_t i = 0; i < names_.size(); ++i) {
     if (measured_[i]) position_head_mm_[i] = head_from_world_ * position_world_mm_[i];
   }
   return determined_;
+}
+
+void HeadFrame::leave_out_far_markers() noexcept {
+  if (std::count(measured_.begin(), measured_.end(), 1) < kFewestForFar) return;
+  const auto median = [this](auto value_of) {
+    scratch_.clear();
+    for (std::size_t i = 0; i < names_.size(); ++i) {
+      if (measured_[i]) scratch_.push_back(value_of(position_world_mm_[i]));
+    }
+    const auto middle = scratch_.begin() + static_cast<std::ptrdiff_t>(scratch_.size() / 2);
+    std::nth_element(scratch_.begin(), middle, scratch_.end());
+    return *middle;
+  };
+  const Eigen::Vector3d centre(median([](const Eigen::Vector3d& p) { return p.x(); }),
+                               median([](const Eigen::Vector3d& p) { return p.y(); }),
+                               median([](const Eigen::Vector3d& p) { return p.z(); }));
+  const double usual_mm = median([&](const Eigen::Vector3d& p) { return (p - centre).norm(); });
+  for (std::size_t i = 0; i < names_.size(); ++i) {
+    if (measured_[i] && (position_world_mm_[i] - centre).norm() > kFarMultiple * usual_mm + kFarMm) measured_[i] = 0;
+  }
 }
 
 bool HeadFrame::start_reference(const MarkerFrame& frame) noexcept {

@@ -41,13 +41,15 @@ class HeadFrame {
 
   bool determined() const noexcept { return determined_; }
   const RigidTransform& head_from_world() const noexcept { return head_from_world_; }
-  /// Which markers of the frame last processed were measured and finite.
+  /// Which markers of the frame last processed were measured, finite and not far outside of all others: a single one
+  /// at a distance of some hundred metres would turn the whole frame. A head is nowhere near as large.
   const std::vector<std::uint8_t>& measured() const noexcept { return measured_; }
   /// Positions of the measured markers of the frame last processed, in the head frame (mm).
   const std::vector<Eigen::Vector3d>& position_head_mm() const noexcept { return position_head_mm_; }
 
  private:
   bool start_reference(const MarkerFrame& frame) noexcept;
+  void leave_out_far_markers() noexcept;
   double weight_of(std::size_t i) const noexcept;
   bool align() noexcept;
 
@@ -58,7 +60,7 @@ class HeadFrame {
   std::vector<double> samples_;                ///< behind the reference; 0 = not in the reference
   std::vector<double> deformation_mm2_;        ///< mean squared distance from the reference
   std::vector<Eigen::Vector3d> position_world_mm_, position_head_mm_;
-  std::vector<double> weight_;
+  std::vector<double> weight_, scratch_;
   std::vector<std::uint8_t> measured_;
   bool has_reference_ = false;
   bool determined_ = false;

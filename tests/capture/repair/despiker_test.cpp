@@ -64,6 +64,22 @@ TEST(Despiker, RejectsAJumpBeforeItHasLearntAnything) {
   EXPECT_EQ(judged[2].reason[5], RejectReason::kJump);
 }
 
+TEST(Despiker, RejectsAMarkerHoweverFarAndKeepsTheOthers) {
+  for (const float far_mm : {3e2F, 3e3F, 1e5F, 999999.0F, 1e8F, 1e30F}) {
+    for (const std::size_t from : {std::size_t{0}, std::size_t{300}}) {
+      MarkerTake take = synthetic_take();
+      for (std::size_t f = from; f < from + 5; ++f) {
+        take.frames[f].position_mm[5] = {far_mm, -far_mm, far_mm};
+      }
+      const auto judged = despike(take);
+      // What a take begins with is not doubted, unless no face is as large.
+      if (from == 0 && far_mm < 4e3F) continue;
+      for (std::size_t f = from; f < from + 5; ++f) EXPECT_EQ(judged[f].state[5], MarkerState::kRejected) << far_mm;
+      EXPECT_EQ(rejected_count(judged), 5U) << far_mm << " from " << from;
+    }
+  }
+}
+
 TEST(Despiker, RecognisesAGhostAndASwap) {
   MarkerTake take = synthetic_take();
   take.frames[300].position_mm[5] = take.frames[300].position_mm[8];
