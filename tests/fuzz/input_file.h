@@ -33,7 +33,9 @@ class InputFile {
   InputFile& operator=(const InputFile&) = delete;
   const std::filesystem::path& write(std::span<const std::byte> bytes) {
     std::FILE* file = std::fopen(path_.c_str(), "wb");
-    require(file != nullptr && std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size(), "the file is written");
+    require(file != nullptr, "the file is made");
+    const bool written = bytes.empty() || std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size();
+    require(written, "the file is written");
     std::fclose(file);
     return path_;
   }
