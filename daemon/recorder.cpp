@@ -138,10 +138,21 @@ void Recorder::finish_take(StreamState& state) noexcept {
   state.failed = false;  // the next take may find the disk in better health
 }
 
-/// The unfinished folder stays for a person to look at; the rest of this take is not written.
+/// What the disk took before it refused becomes a take of its own right; the rest is not written.
 void Recorder::give_up_take(StreamState& state, const std::string& why) noexcept {
   note_problem(why);
-  frames_not_written_.add(state.frames);
+  std::uint64_t kept = 0;
+  try {
+    if (state.take) {
+      state.take->finish_early(why);
+      kept = state.take->frame_count() - state.take->lost_count();
+      takes_finished_.add();
+    }
+  } catch (const std::exception&) {
+    kept = 0;  // `why` says it
+  }
+  frames_recorded_.add(kept);
+  frames_not_written_.add(state.frames - kept);
   state.frames = 0;
   state.take.reset();
   state.failed = true;

@@ -54,6 +54,13 @@ void AtomicFile::overwrite(std::uint64_t offset, std::string_view bytes) {
   write_at(offset, bytes);
 }
 
+void AtomicFile::cut_to(std::uint64_t bytes) {
+  RISORIUS_CHECK(descriptor_ >= 0 && bytes <= flushed_bytes_);
+  buffer_.clear();
+  flushed_bytes_ = bytes;
+  if (::ftruncate(descriptor_, static_cast<off_t>(bytes)) != 0) fail("cannot be cut");
+}
+
 void AtomicFile::commit() {
   RISORIUS_CHECK(descriptor_ >= 0);
   flush();

@@ -23,13 +23,17 @@ class AtomicFile {
   void write(std::string_view bytes);
   /// Replaces bytes already written, from `offset` on.
   void overwrite(std::uint64_t offset, std::string_view bytes);
+  /// Hands what is buffered to the system, so that only a failing disk can lose it.
+  void flush();
+  std::uint64_t flushed_bytes() const noexcept { return flushed_bytes_; }
+  /// Forgets all after the first `bytes`, which were flushed, and what is buffered. Throws UserError.
+  void cut_to(std::uint64_t bytes);
   /// Flush, fsync, rename. Nothing may be written afterwards.
   void commit();
 
   const std::filesystem::path& path() const noexcept { return path_; }
 
  private:
-  void flush();
   void write_at(std::uint64_t offset, std::string_view bytes);
   [[noreturn]] void fail(const char* what) const;
 

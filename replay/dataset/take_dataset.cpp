@@ -6,6 +6,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <unistd.h>
+#include <utility>
 
 #include "capture/errors.h"
 #include "capture/frame_words.h"
@@ -15,8 +16,11 @@ namespace risorius {
 namespace {
 
 constexpr double kLongestGapSeconds = 10;
-/// Whatever the rate: rows for frames that never came must not fill the disk.
-constexpr std::uint64_t kMostLostInARow = 100'000;
+/// Whatever the rate: rows for frames that never came must not fill the disk. A take has at most so many, and so many
+/// more for each frame that came.
+constexpr std::uint64_t kMostLost = 2'000, kMostLostPerFrame = 20;
+/// For rig.json, take.json and the episodes of some hours.
+constexpr std::size_t kReserveBytes = 4 << 20;
 
 void append_row(std::string& line, std::uint64_t frame) {
   line.clear();
@@ -33,7 +37,7 @@ TakeDataset::TakeDataset(const std::filesystem::path& folder, const MarkerSet& m
       markers_(markers),
       rig_(rig),
       options_(std::move(options)),
-      energy_(rig, markers.names) {
+      totals_{.energy = MarkerEnergy(rig, markers.names)} {
   std::error_code error;
   std::filesystem::create_directories(folder.parent_path(), error);
   if (std::filesystem::exists(folder) || !std::filesystem::create_directory(partial_folder_, error)) {
@@ -50,11 +54,13 @@ TakeDataset::~TakeDataset() {
   c3d_.reset();
   au_csv_.reset();
   for (auto* file : {&au_sd_csv_, &pose_csv_, &quality_csv_}) file->reset();
+  reserve_.reset();
   ::rmdir(partial_folder_.c_str());  // only if it is empty
 }
 
 void TakeDataset::open_files(double rate_hz) {
   rate_hz_ = rate_hz;
+  reserve_.emplace(partial_folder_ / "reserve", kReserveBytes);
   MarkerSet written = markers_;
   written.rate_hz = rate_hz;
   if (!markers_.names.empty()) c3d_ = std::make_unique<C3dWriter>(partial_folder_ / "cleaned.c3d", written, kVersion);
@@ -74,12 +80,13 @@ void TakeDataset::open_files(double rate_hz) {
 }
 
 bool TakeDataset::continues_with(const MarkerFrame& frame) const noexcept {
-  if (frame_count_ == 0 && !first_) return true;
+  if (totals_.frames == 0 && !first_) return true;
   const std::uint64_t sequence = frame.header.sequence;
   const FrameHeader& last = first_ ? first_->markers.header : last_header_;
   if (sequence <= last.sequence || frame.header.capture_time_ns <= last.capture_time_ns) return false;
-  if (sequence - last.sequence > kMostLostInARow) return false;
-  return first_ || static_cast<double>(sequence - next_sequence_) <= kLongestGapSeconds * rate_hz_;
+  const std::uint64_t came = first_ ? 1 : totals_.frames - totals_.lost;
+  if (sequence - last.sequence - 1 > kMostLost + kMostLostPerFrame * came - totals_.lost) return false;
+  return first_ || static_cast<double>(sequence - totals_.next_sequence) <= kLongestGapSeconds * rate_hz_;
 }
 
 void TakeDataset::write(const SolvedFrame& frame) {
@@ -102,8 +109,8 @@ void TakeDataset::write(const SolvedFrame& frame) {
 
 void TakeDataset::write_row(const SolvedFrame& frame) {
   const FrameHeader& header = frame.markers.header;
-  if (frame_count_ == 0) {
-    first_sequence_ = next_sequence_ = header.sequence;
+  if (totals_.frames == 0) {
+    first_sequence_ = totals_.next_sequence = header.sequence;
     first_capture_time_ns_ = header.capture_time_ns;
   }
   write_lost_until(header.sequence);
@@ -113,36 +120,63 @@ void TakeDataset::write_row(const SolvedFrame& frame) {
   write_pose(frame.aus);
   write_quality(frame, time_s);
   find_episodes(frame.aus);
-  energy_.add(frame);
-  ++status_counts_[static_cast<std::size_t>(frame.aus.status)];
-  largest_kkt_residual_ = std::max(largest_kkt_residual_, frame.aus.kkt_residual);
+  totals_.energy.add(frame);
+  ++totals_.by_status[static_cast<std::size_t>(frame.aus.status)];
+  totals_.largest_kkt_residual = std::max(totals_.largest_kkt_residual, frame.aus.kkt_residual);
   last_header_ = header;
-  next_sequence_ = header.sequence + 1;
-  ++frame_count_;
+  totals_.next_sequence = header.sequence + 1;
+  ++totals_.frames;
+  if (!checkpoint_ || static_cast<double>(totals_.frames - checkpoint_->totals.frames) >= rate_hz_) keep_checkpoint();
+}
+
+std::vector<AtomicFile*> TakeDataset::files() {
+  std::vector<AtomicFile*> all{&au_csv_->file(), au_sd_csv_.get(), pose_csv_.get(), quality_csv_.get()};
+  if (c3d_) all.push_back(&c3d_->file());
+  return all;
+}
+
+void TakeDataset::keep_checkpoint() {
+  Checkpoint checkpoint{totals_, {}};
+  for (AtomicFile* file : files()) {
+    file->flush();
+    checkpoint.file_bytes.push_back(file->flushed_bytes());
+  }
+  checkpoint_ = std::move(checkpoint);
+}
+
+void TakeDataset::finish_early(const std::string& why) {
+  if (!checkpoint_ || finishing_) throw UserError(folder_.string(), why, "nothing of this take was written");
+  reserve_.reset();
+  const std::vector<AtomicFile*> all = files();
+  for (std::size_t i = 0; i < all.size(); ++i) all[i]->cut_to(checkpoint_->file_bytes[i]);
+  totals_ = checkpoint_->totals;
+  if (c3d_) c3d_->resume_at(totals_.frames);
+  ended_early_ = why;
+  finish();
 }
 
 void TakeDataset::write_lost_until(std::uint64_t sequence) {
-  while (next_sequence_ < sequence) {
+  while (totals_.next_sequence < sequence) {
     SolvedFrame lost;
-    lost.markers.header.sequence = lost.aus.header.sequence = next_sequence_;
+    lost.markers.header.sequence = lost.aus.header.sequence = totals_.next_sequence;
     lost.markers.count = static_cast<std::uint32_t>(markers_.names.size());
     lost.aus.count = static_cast<std::uint32_t>(rig_.au_count());
-    const double time_s = static_cast<double>(next_sequence_ - first_sequence_) / rate_hz_;
+    const double time_s = static_cast<double>(totals_.next_sequence - first_sequence_) / rate_hz_;
     lost.aus.header.capture_time_ns = first_capture_time_ns_ + std::llround(time_s * 1e9);
     if (c3d_) c3d_->write(lost.markers);
     au_csv_->write(lost.aus);
-    append_row(line_, next_sequence_);
+    append_row(line_, totals_.next_sequence);
     line_ += ",,,,,,,\n";
     pose_csv_->write(line_);
     line_.clear();
-    fmt::format_to(std::back_inserter(line_), "{},{},,,,,lost,,,,,\n", next_sequence_, time_s);
+    fmt::format_to(std::back_inserter(line_), "{},{},,,,,lost,,,,,\n", totals_.next_sequence, time_s);
     quality_csv_->write(line_);
-    append_row(line_, next_sequence_);
+    append_row(line_, totals_.next_sequence);
     au_sd_csv_->write(line_ + std::string(rig_.au_count(), ',') + "\n");
     find_episodes(lost.aus);
-    ++next_sequence_;
-    ++frame_count_;
-    ++lost_count_;
+    ++totals_.next_sequence;
+    ++totals_.frames;
+    ++totals_.lost;
   }
 }
 
@@ -176,10 +210,10 @@ void TakeDataset::write_quality(const SolvedFrame& frame, double time_s) {
   }
   for (std::uint32_t i = 0; i < frame.aus.count; ++i) au_states += letter_of(frame.aus.state[i]);
   const auto count_of = [&](MarkerState state) { return counts[static_cast<std::size_t>(state)]; };
-  filled_count_ += count_of(MarkerState::kFilled);
-  rejected_count_ += count_of(MarkerState::kRejected);
-  missing_count_ += count_of(MarkerState::kMissing);
-  sample_count_ += frame.markers.count;
+  totals_.filled += count_of(MarkerState::kFilled);
+  totals_.rejected += count_of(MarkerState::kRejected);
+  totals_.missing += count_of(MarkerState::kMissing);
+  totals_.samples += frame.markers.count;
   line_.clear();
   fmt::format_to(std::back_inserter(line_), "{},{},{},{},{},{},{},", frame.markers.header.sequence, time_s,
                  count_of(MarkerState::kMeasured), count_of(MarkerState::kFilled), count_of(MarkerState::kRejected),
@@ -210,14 +244,16 @@ void TakeDataset::keep_episodes() {
 }
 
 void TakeDataset::finish() {
-  if (finished_) return;
-  finished_ = true;
+  if (std::exchange(finishing_, true)) return;
+  reserve_.reset();
   if (rate_hz_ == 0) {
     open_files(100);  // one frame at most: any rate is as good as another
     if (first_) write_row(*first_);
   }
   episode_detector_->flush();
   keep_episodes();
+  // What went on where the take was cut.
+  std::erase_if(episodes_, [this](const Episode& episode) { return episode.offset.frame >= totals_.next_sequence; });
   save_episodes(partial_folder_ / "episodes.csv", rig_.au_names(), episodes_);
   if (c3d_) c3d_->finish();
   au_csv_->finish();
@@ -230,14 +266,15 @@ void TakeDataset::finish() {
   std::filesystem::rename(partial_folder_, folder_, error);
   if (error)
     throw UserError(folder_.string(), "cannot be put in place: " + error.message(), "see " + partial_folder_.string());
+  finished_ = true;
 }
 
 void TakeDataset::write_marker_facts(nlohmann::json& json) const {
-  json["marker_energy_explained"] = {{"by_head_pose", energy_.explained_by_head()},
-                                     {"with_aus", energy_.explained_with_aus()},
-                                     {"of_the_face_by_aus", energy_.face_explained_by_aus()}};
-  json["residual_rms_mm"] = energy_.residual_rms_mm();
-  json["largest_kkt_residual"] = largest_kkt_residual_;
+  json["marker_energy_explained"] = {{"by_head_pose", totals_.energy.explained_by_head()},
+                                     {"with_aus", totals_.energy.explained_with_aus()},
+                                     {"of_the_face_by_aus", totals_.energy.face_explained_by_aus()}};
+  json["residual_rms_mm"] = totals_.energy.residual_rms_mm();
+  json["largest_kkt_residual"] = totals_.largest_kkt_residual;
 }
 
 void TakeDataset::write_take_json() {
@@ -247,9 +284,9 @@ void TakeDataset::write_take_json() {
   json["version"] = 1;
   json["source"] = options_.source;
   json["rate_hz"] = rate_hz_;
-  json["frames"] = frame_count_;
+  json["frames"] = totals_.frames;
   json["solved_frames"] = solved_count();
-  json["lost_frames"] = lost_count_;
+  json["lost_frames"] = totals_.lost;
   json["first_sequence"] = first_sequence_;
   json["first_capture_time_ns"] = first_capture_time_ns_;
   json["markers"] = markers_.names;
@@ -257,8 +294,11 @@ void TakeDataset::write_take_json() {
   json["facs_edition"] = rig_.facs_edition;
   json["rig"] = {{"name", rig_.name}, {"source", rig_.source}, {"file", "rig.json"}};
   json["level"] = markers_.names.empty() ? "au" : "markers";
-  json["marker_samples"] = {
-      {"all", sample_count_}, {"filled", filled_count_}, {"rejected", rejected_count_}, {"missing", missing_count_}};
+  json["marker_samples"] = {{"all", totals_.samples},
+                            {"filled", totals_.filled},
+                            {"rejected", totals_.rejected},
+                            {"missing", totals_.missing}};
+  if (!ended_early_.empty()) json["ended_early"] = ended_early_;
   if (!markers_.names.empty()) write_marker_facts(json);
   json["episodes"] = episodes_.size();
   AtomicFile file(partial_folder_ / "take.json");

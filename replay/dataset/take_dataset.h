@@ -15,6 +15,7 @@
 
 #include "capture/marker_set.h"
 #include "replay/atomic_file.h"
+#include "replay/dataset/disk_reserve.h"
 #include "replay/dataset/episode.h"
 #include "replay/dataset/episodes.h"
 #include "replay/dataset/marker_energy.h"
@@ -42,33 +43,52 @@ class TakeDataset {
               TakeDatasetOptions options);
   ~TakeDataset();
 
-  /// Whether the frame goes on where the last one ended; false after a restart (the sequence went back) or a gap of
-  /// more than ten seconds: then finish this take and begin another.
+  /// Whether the frame goes on where the last one ended; false after a restart (the sequence went back), a gap of more
+  /// than ten seconds, or where more was lost than a take can be of use with: then finish this take and begin another.
   bool continues_with(const MarkerFrame& frame) const noexcept;
   /// Throws UserError if the disk refuses.
   void write(const SolvedFrame& frame);
   /// Completes all files.
   void finish();
+  /// After write() has thrown: completes the take with what was on the disk at the last second of capture before, `why`
+  /// in its take.json. Frames that it has no more are not counted any more. Throws UserError, as finish() does.
+  void finish_early(const std::string& why);
 
   const std::filesystem::path& folder() const noexcept { return folder_; }
-  std::uint64_t frame_count() const noexcept { return frame_count_; }
-  std::uint64_t lost_count() const noexcept { return lost_count_; }
+  std::uint64_t frame_count() const noexcept { return totals_.frames; }
+  std::uint64_t lost_count() const noexcept { return totals_.lost; }
   /// Frames with AUs, solved or mapped.
   std::uint64_t solved_count() const noexcept {
     return status_count(SolverStatus::kConverged) + status_count(SolverStatus::kMapped);
   }
   /// Of the frames that came.
   std::uint64_t status_count(SolverStatus status) const noexcept {
-    return status_counts_[static_cast<std::size_t>(status)];
+    return totals_.by_status[static_cast<std::size_t>(status)];
   }
-  std::uint64_t filled_count() const noexcept { return filled_count_; }
-  std::uint64_t sample_count() const noexcept { return sample_count_; }
-  double largest_kkt_residual() const noexcept { return largest_kkt_residual_; }
-  const MarkerEnergy& energy() const noexcept { return energy_; }
+  std::uint64_t filled_count() const noexcept { return totals_.filled; }
+  std::uint64_t sample_count() const noexcept { return totals_.samples; }
+  double largest_kkt_residual() const noexcept { return totals_.largest_kkt_residual; }
+  const MarkerEnergy& energy() const noexcept { return totals_.energy; }
   const Rig& rig() const noexcept { return rig_; }
   const std::vector<Episode>& episodes() const noexcept { return episodes_; }
 
  private:
+  /// What the frames so far add up to.
+  struct Totals {
+    std::uint64_t frames = 0, lost = 0;                                ///< frames: with those lost
+    std::uint64_t samples = 0, filled = 0, rejected = 0, missing = 0;  ///< of markers
+    std::array<std::uint64_t, kSolverStatusCount> by_status{};
+    double largest_kkt_residual = 0;
+    std::uint64_t next_sequence = 0;
+    MarkerEnergy energy;
+  };
+  /// Up to where all files have the same frames, on the disk.
+  struct Checkpoint {
+    Totals totals;
+    std::vector<std::uint64_t> file_bytes;
+  };
+  std::vector<AtomicFile*> files();
+  void keep_checkpoint();
   void open_files(double rate_hz);
   void write_row(const SolvedFrame& frame);
   void write_quality(const SolvedFrame& frame, double time_s);
@@ -92,15 +112,14 @@ class TakeDataset {
   std::string line_;
   std::unique_ptr<EpisodeDetector> episode_detector_;
   std::vector<Episode> episodes_;
-  MarkerEnergy energy_;
-  std::uint64_t first_sequence_ = 0, next_sequence_ = 0;
+  Totals totals_;
+  std::optional<Checkpoint> checkpoint_;
+  std::optional<DiskReserve> reserve_;
+  std::string ended_early_;
+  std::uint64_t first_sequence_ = 0;
   std::int64_t first_capture_time_ns_ = 0;
   FrameHeader last_header_;
-  std::uint64_t frame_count_ = 0, lost_count_ = 0, filled_count_ = 0, rejected_count_ = 0, missing_count_ = 0,
-                sample_count_ = 0;
-  std::array<std::uint64_t, kSolverStatusCount> status_counts_{};
-  double largest_kkt_residual_ = 0;
-  bool finished_ = false;
+  bool finishing_ = false, finished_ = false;
 };
 
 }  // namespace risorius

@@ -23,6 +23,7 @@ class AuCsvWriter {
   void write(const AuFrame& frame);
   /// Completes the file; without it there is none. Throws UserError.
   void finish();
+  AtomicFile& file() noexcept { return file_; }
 
  private:
   std::size_t au_count_;

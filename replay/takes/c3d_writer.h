@@ -22,6 +22,11 @@ class C3dWriter final : public TakeWriter {
   void write(const MarkerFrame& frame) override;
   void finish() override;
 
+  AtomicFile& file() noexcept { return file_; }
+  std::uint64_t frame_count() const noexcept { return frame_count_; }
+  /// After the file was cut behind so many frames.
+  void resume_at(std::uint64_t frame_count) noexcept { frame_count_ = frame_count; }
+
  private:
   MarkerSet markers_;
   std::string software_version_;

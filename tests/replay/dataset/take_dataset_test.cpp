@@ -1,9 +1,11 @@
 #include "replay/dataset/take_dataset.h"
 
+#include <csignal>
 #include <fstream>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <sys/resource.h>
 
 #include "capture/errors.h"
 #include "replay/performer/performer.h"
@@ -70,6 +72,73 @@ TEST(TakeDataset, LostFramesKeepTheirPlaceInEveryFile) {
     const bool lost = i >= 15 && i < 18;
     EXPECT_EQ(frame.state[0] == MarkerState::kMissing, lost) << i;
   }
+}
+
+/// While it lives, no file of this process may grow beyond so many bytes.
+class FileSizeLimit {
+ public:
+  explicit FileSizeLimit(rlim_t bytes) {
+    std::signal(SIGXFSZ, SIG_IGN);
+    EXPECT_EQ(getrlimit(RLIMIT_FSIZE, &before_), 0);
+    rlimit tight = before_;
+    tight.rlim_cur = bytes;
+    EXPECT_EQ(setrlimit(RLIMIT_FSIZE, &tight), 0);
+  }
+  ~FileSizeLimit() { setrlimit(RLIMIT_FSIZE, &before_); }
+  FileSizeLimit(const FileSizeLimit&) = delete;
+  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
+
+ private:
+  rlimit before_{};
+};
+
+TEST(TakeDataset, KeepsWhatWasWrittenWhenTheDiskRefusesTheRest) {
+  test::TemporaryFolder folder;
+  const auto performed = perform(8);
+  std::size_t written = 0;
+  std::string why;
+  TakeDataset take(folder.path() / "t", performed.set, builtin_rig(), {.source = "test"});
+  {
+    const FileSizeLimit limit(512 * 1024);  // au.csv and cleaned.c3d grow larger
+    try {
+      for (; written < performed.frames.size(); ++written) take.write(performed.frames[written]);
+    } catch (const UserError& error) {
+      why = error.what();
+    }
+    ASSERT_NE(why, "");
+    take.finish_early(why);
+  }
+  EXPECT_LE(take.frame_count(), written);
+  EXPECT_GE(take.frame_count() + 240, written);  // the buffers' and the last second's
+  EXPECT_GE(take.frame_count(), 120u);
+  for (const char* file : {"au.csv", "au_sd.csv", "pose.csv", "quality.csv"})
+    EXPECT_EQ(lines_of(take.folder() / file).size(), take.frame_count() + 1) << file;
+  EXPECT_EQ(open_take(take.folder() / "cleaned.c3d")->info().frame_count, take.frame_count());
+  std::ifstream file(take.folder() / "take.json");
+  const auto json = nlohmann::json::parse(file);
+  EXPECT_EQ(json.at("frames"), take.frame_count());
+  EXPECT_EQ(json.at("ended_early"), why);
+  EXPECT_FALSE(std::filesystem::exists(take.folder() / "reserve"));
+}
+
+TEST(TakeDataset, AFewFramesFarApartMakeNoTakeOfManyRows) {
+  test::TemporaryFolder folder;
+  auto performed = perform(0.1);
+  performed.set.rate_hz = 10'000;
+  TakeDataset take(folder.path() / "t", performed.set, builtin_rig(), {.source = "test"});
+  SolvedFrame frame = performed.frames[0];
+  take.write(frame);
+  const auto continues = [&](std::uint64_t lost) {
+    frame.markers.header.sequence = frame.aus.header.sequence = take.frame_count() + lost;
+    frame.markers.header.capture_time_ns = static_cast<std::int64_t>(frame.markers.header.sequence) * 100'000;
+    return take.continues_with(frame.markers);
+  };
+  EXPECT_FALSE(continues(99'999));
+  EXPECT_FALSE(continues(2'021));
+  ASSERT_TRUE(continues(2'020));  // 2000, and 20 for the frame that came
+  take.write(frame);
+  EXPECT_FALSE(continues(21));
+  EXPECT_TRUE(continues(20));
 }
 
 TEST(TakeDataset, SecondsCountFromTheTakesFirstFrameWhateverTheTrackersClockSays) {
