@@ -14,6 +14,7 @@
 
 #include <boost/asio/post.hpp>
 #include <csignal>
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "capture/errors.h"
@@ -199,7 +200,13 @@ void Service::run() {
 
 std::string Service::recording_problem() const {
   const std::string problem = recorder_ ? recorder_->problem() : std::string();
-  return problem.empty() && session_ ? session_->problem() : problem;
+  if (!problem.empty()) return problem;
+  if (to_record_ && to_record_->refused_frames() > 0) {
+    return fmt::format(
+        "{}: {} frames found the queue full and are missing; give [queues] record more, or a faster disk",
+        config_.record.folder, to_record_->refused_frames());
+  }
+  return session_ ? session_->problem() : std::string();
 }
 
 void Service::stop() { io_.stop(); }

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstring>
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "capture/monotonic_clock.h"
@@ -41,6 +42,7 @@ SessionRecorder::SessionRecorder(std::size_t streams, std::size_t ring_bytes)
 SessionRecorder::~SessionRecorder() { stop(); }
 
 void SessionRecorder::start(std::filesystem::path path, SessionDescription description) {
+  for (const SessionStream& stream : description.streams) names_.push_back(stream.name);
   writer_ = std::make_unique<SessionWriter>(std::move(path), std::move(description));
   thread_ = std::thread([this] { run(); });
 }
@@ -103,10 +105,38 @@ void SessionRecorder::run() noexcept {
     if (last_round) break;
     writer_->keep_time(monotonic_now_ns());
   }
-  writer_->finish({{"dropped datagrams", std::to_string(dropped_datagrams_.value())},
-                   {"dropped ticks", std::to_string(dropped_ticks_.value())},
-                   {"dropped results", std::to_string(dropped_results_.value())},
-                   {"end_utc_ns", std::to_string(utc_now_ns())}});
+  writer_->finish(report());
+}
+
+McapTexts SessionRecorder::report() const {
+  McapTexts texts{{"dropped datagrams", std::to_string(dropped_datagrams_.value())},
+                  {"dropped ticks", std::to_string(dropped_ticks_.value())},
+                  {"dropped results", std::to_string(dropped_results_.value())},
+                  {std::string(kEndKey), std::to_string(utc_now_ns())}};
+  const auto offered = [&](SessionTopic topic, const std::string& stream, std::uint32_t count) {
+    if (count > 0) texts[std::string(kOfferedKey) + session_topic(topic, stream)] = std::to_string(count);
+  };
+  for (std::size_t i = 0; i < streams_.size(); ++i) {
+    offered(SessionTopic::kRaw, names_[i], streams_[i].raw);
+    offered(SessionTopic::kTicks, names_[i], streams_[i].ticks);
+    offered(SessionTopic::kAus, names_[i], streams_[i].aus);
+    offered(SessionTopic::kContinuations, names_[i], streams_[i].continuations);
+  }
+  offered(SessionTopic::kStatus, "", statuses_);
+  return texts;
+}
+
+std::string SessionRecorder::problem() const {
+  std::string problem = writer_ ? writer_->problem() : std::string();
+  const std::uint64_t dropped = dropped_datagrams_.value() + dropped_ticks_.value() + dropped_results_.value();
+  if (problem.empty() && dropped > 0) {
+    problem = fmt::format(
+        "{}: {} messages found their queue full and are missing (datagrams {}, ticks {}, results {}); "
+        "give [queues] session_mib more, or a faster disk",
+        writer_ ? writer_->path().string() : "", dropped, dropped_datagrams_.value(), dropped_ticks_.value(),
+        dropped_results_.value());
+  }
+  return problem;
 }
 
 void SessionRecorder::drain(RecordRing& ring, std::size_t end) noexcept {

@@ -14,6 +14,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "capture/counters.h"
 #include "capture/wire/raw_tap.h"
@@ -46,8 +47,8 @@ class SessionRecorder {
 
   /// For the status (daemon/counter_table.h).
   nlohmann::json status() const;
-  /// The first problem; empty if there was none.
-  std::string problem() const { return writer_ ? writer_->problem() : std::string(); }
+  /// The first problem of the disk, else what the queues had no room for; empty if everything was recorded.
+  std::string problem() const;
 
  private:
   struct Stream {
@@ -59,11 +60,13 @@ class SessionRecorder {
   static void receive(void* self, std::uint32_t stream_id, std::span<const std::byte> bytes, const RawOrigin& origin,
                       std::int64_t receive_time_ns) noexcept;
   void run() noexcept;
+  McapTexts report() const;
   void drain(RecordRing& ring, std::size_t end) noexcept;
 
   std::size_t keep_for_ticks_;
   RecordRing received_, results_;
   std::deque<Stream> streams_;
+  std::vector<std::string> names_;  ///< by stream
   ByteAppender tick_;
   std::uint32_t statuses_ = 0;
   Counter dropped_datagrams_, dropped_ticks_, dropped_results_;

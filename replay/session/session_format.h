@@ -37,6 +37,11 @@ inline constexpr std::array<SessionTopicName, kSessionTopicCount> kSessionTopicN
 }};
 
 /// "/anna/ticks"; "/status" has no stream.
+/// Begins the report's keys that say how many messages were offered to a topic: what lacks at its end shows in no gap.
+inline constexpr std::string_view kOfferedKey = "offered ";
+/// Of the report: when the recorder ended, ns UTC.
+inline constexpr std::string_view kEndKey = "end_utc_ns";
+
 inline std::string session_topic(SessionTopic topic, std::string_view stream) {
   const std::string_view suffix = kSessionTopicNames[static_cast<std::size_t>(topic)].suffix;
   return topic == SessionTopic::kStatus ? fmt::format("/{}", suffix) : fmt::format("/{}/{}", stream, suffix);

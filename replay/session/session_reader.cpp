@@ -1,6 +1,8 @@
 #include "replay/session/session_reader.h"
 
 #include <algorithm>
+#include <charconv>
+#include <utility>
 
 #include "capture/errors.h"
 
@@ -12,6 +14,13 @@ std::string text_of(const McapTexts& texts, const char* key) {
   return found == texts.end() ? std::string() : found->second;
 }
 
+std::optional<std::int64_t> number_of(const std::string& text) {
+  std::int64_t number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || end != text.data() + text.size() || number < 0) return std::nullopt;
+  return number;
+}
+
 }  // namespace
 
 SessionReader::SessionReader(std::filesystem::path path) : file_(std::move(path)) {}
@@ -20,6 +29,7 @@ bool SessionReader::next() {
   while (true) {
     switch (file_.next()) {
       case McapReader::Item::kEnd:
+        account_ends();
         return false;
       case McapReader::Item::kMetadata:
         take(file_.metadata());
@@ -63,6 +73,22 @@ void SessionReader::account(const McapChannel& channel, const McapMessage& messa
   topic.encoding = channel.message_encoding;
   ++topic.messages;
   topic.bytes += message.data.size();
+}
+
+/// What is missing after a topic's last message: the recorder's report knows how many there were. Once.
+void SessionReader::account_ends() {
+  if (std::exchange(ended_, true)) return;
+  const std::int64_t end_ns = number_of(text_of(report_, std::string(kEndKey).c_str())).value_or(0);
+  for (const auto& [key, value] : report_) {
+    const auto offered = number_of(value);
+    if (!key.starts_with(kOfferedKey) || !offered) continue;
+    TopicAccount& topic = topics_[key.substr(kOfferedKey.size())];
+    const auto step = static_cast<std::uint32_t>(*offered) - topic.next_sequence;  // modulo 2^32, as it is counted
+    if (step == 0 || step >= 0x80000000U) continue;
+    topic.missing += step;
+    if (topic.messages == 0) topic.first_ns = topic.last_ns = end_ns;
+    if (topic.gaps.size() < TopicAccount::kMostGaps) topic.gaps.push_back({topic.last_ns, end_ns, step});
+  }
 }
 
 const StreamFacts* SessionReader::find_stream(const std::string& name) const noexcept {

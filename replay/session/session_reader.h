@@ -69,6 +69,7 @@ class SessionReader {
  private:
   void take(const McapMetadata& metadata);
   void account(const McapChannel& channel, const McapMessage& message);
+  void account_ends();
 
   McapReader file_;
   const SessionChannel* channel_ = nullptr;
@@ -77,6 +78,7 @@ class SessionReader {
   std::string config_toml_;
   std::vector<StreamFacts> streams_;
   std::map<std::string, TopicAccount> topics_;
+  bool ended_ = false;
 };
 
 }  // namespace risorius

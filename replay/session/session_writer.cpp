@@ -139,6 +139,14 @@ void SessionWriter::finish(const McapTexts& texts) noexcept {
       report[fmt::format("written {}", topic)] = std::to_string(account.written);
       report[fmt::format("not_written {}", topic)] = std::to_string(account.not_written);
     }
+    for (std::size_t i = 0; i < streams_.size(); ++i) {
+      const auto offered = [&](SessionTopic topic, std::uint32_t count) {
+        if (count > 0)
+          report[std::string(kOfferedKey) + session_topic(topic, description_.streams[i].name)] = std::to_string(count);
+      };
+      offered(SessionTopic::kAuView, streams_[i].au_views);
+      offered(SessionTopic::kMarkerView, streams_[i].marker_views);
+    }
     report["first_error"] = problem();
     file_.write_metadata({std::string(kReportMetadata), report});
     file_.finish();
