@@ -48,7 +48,8 @@ constexpr auto kStreamCounters = std::to_array<CounterRow>({
     {"datagrams.errors", kReasons, "datagrams", "refused, by reason",
      "bad_magic, bad_checksum, version: something else sends to this port; unknown_set: frames before their marker "
      "set; other_session: two senders share this port, "
-     "and the first keeps it until it ends or falls silent; other_device: of another phone; leap: its clock leapt"},
+     "and the first keeps it until it ends or falls silent; other_device: of another phone; leap: its clock leapt; "
+     "too_many_sets: 64 in force at once, or 4096 since risoriusd started: start it again"},
     {"frames.assembled", kLedger, "frames", "put together from datagrams", ""},
     {"frames.incomplete", kLoss, "frames", "given up because a part of them was lost", "the network loses datagrams"},
     {"frames.lost", kLoss, "frames", "that never came, by their sequence numbers", "the network, or the sender"},

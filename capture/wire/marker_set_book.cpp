@@ -7,7 +7,6 @@ namespace risorius {
 
 MarkerSetBook::MarkerSetBook(std::optional<double> mm_per_unit, std::optional<Axes> axes)
     : mm_per_unit_(mm_per_unit), axes_(axes), names_(kMaxMarkers) {
-  sets_.reserve(kMaxSets);
   in_force_.reserve(kMaxSets);
 }
 
@@ -86,10 +85,12 @@ bool MarkerSetBook::equals_incomplete(const MarkerSet& set) const noexcept {
 }
 
 const MarkerSet* MarkerSetBook::store(DecodeError& error) {
+  const bool is_one_too_many =
+      session_ == head_.session && in_force_.size() == kMaxSets && find(head_.set_id) == nullptr;
   const auto known =
       std::find_if(sets_.begin(), sets_.end(), [this](const auto& set) { return equals_incomplete(set); });
-  if (known != sets_.end()) return &*known;
-  if (sets_.size() == kMaxSets) {
+  if (known != sets_.end() && !is_one_too_many) return &*known;
+  if (is_one_too_many || sets_.size() == kMaxSetsEver) {
     error = DecodeError::kTooManySets;
     return nullptr;
   }

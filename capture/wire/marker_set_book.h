@@ -6,6 +6,7 @@
 #include <array>
 #include <bitset>
 #include <cstdint>
+#include <deque>
 #include <optional>
 #include <vector>
 
@@ -16,7 +17,9 @@ namespace risorius {
 
 class MarkerSetBook {
  public:
-  static constexpr std::size_t kMaxSets = 64;
+  static constexpr std::size_t kMaxSets = 64;        ///< in force at once
+  static constexpr std::size_t kMaxSetsEver = 4096;  ///< distinct, of all sessions: a sender that states the rate that
+                                                     ///< it measured describes another set each time it starts
 
   /// What became of the datagrams that the book held and was handed.
   struct Outcome {
@@ -65,7 +68,7 @@ class MarkerSetBook {
   std::bitset<kMaxMarkers> present_;
   std::uint32_t datagrams_ = 0;
 
-  std::vector<MarkerSet> sets_;  ///< reserved, so that they never move
+  std::deque<MarkerSet> sets_;  ///< they never move
   std::optional<std::uint32_t> session_;
   std::vector<const MarkerSet*> in_force_;
 };

@@ -73,7 +73,7 @@ class NatnetSession {
   enum class Phase : std::uint8_t { kConnecting, kAskingRate, kAskingModel, kStreaming };
   static constexpr std::size_t kMaxEventsPerDatagram = 6;  ///< recording and stream end, session, set, recording, frame
   static constexpr std::size_t kMaxOutgoing = 8;
-  static constexpr std::size_t kMaxSets = 64;
+  static constexpr std::size_t kMaxSets = 4096;
 
   NatnetError take(const NatnetPacket& packet, std::int64_t now_ns);
   NatnetError take_server_info(std::span<const std::byte> payload, std::int64_t now_ns);

@@ -28,7 +28,7 @@ struct TrackerSessionOptions {
 
 class TrackerSession {
  public:
-  static constexpr std::size_t kMaxSets = 64;  ///< distinct marker sets of one session object; more are refused
+  static constexpr std::size_t kMaxSets = 4096;  ///< distinct marker sets of one session object; more are refused
 
   virtual ~TrackerSession() = default;
 

@@ -264,7 +264,19 @@ TEST(MarkerStreamDecoder, ASplitSetThatBeginsWithinTheHoldAndIsCompletedAfterItI
   expect_settled(decoder);
 }
 
-TEST(MarkerStreamDecoder, KeepsAtMost64Sets) {
+TEST(MarkerStreamDecoder, HearsASenderThatStatesAnotherRateEachTimeItStarts) {
+  MarkerStreamDecoder decoder;
+  for (std::uint32_t session = 1; session <= 200; ++session) {
+    MarkerSet set = marker_set(3, 1);
+    set.rate_hz = 59.9 + 1e-4 * session;
+    push_all(decoder, datagrams_of(set, session), session * kHold);
+    EXPECT_EQ(push_all(decoder, datagrams_of(marker_frame(1, 3, 1), session), session * kHold).size(), 1u) << session;
+  }
+  EXPECT_EQ(decoder.counters().of(DecodeError::kTooManySets), 0u);
+  expect_settled(decoder);
+}
+
+TEST(MarkerStreamDecoder, HasAtMost64SetsInForce) {
   MarkerStreamDecoder decoder;
   for (std::uint32_t id = 0; id < 70; ++id) push_all(decoder, datagrams_of(marker_set(3, id)));
   EXPECT_EQ(decoder.counters().sets_changed.value(), 64u);
