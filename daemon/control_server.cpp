@@ -1,9 +1,11 @@
 #include "daemon/control_server.h"
 
 #include <cerrno>
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "capture/errors.h"
+#include "capture/utf8.h"
 #include "daemon/control_request.h"
 
 namespace risorius {
@@ -20,7 +22,8 @@ ControlServer::ControlServer(boost::asio::io_context& io, zmq::context_t& contex
   socket_.set(zmq::sockopt::linger, 200);
   socket_.set(zmq::sockopt::rcvhwm, kHighWaterMark);
   socket_.set(zmq::sockopt::sndhwm, kHighWaterMark);
-  socket_.set(zmq::sockopt::maxmsgsize, static_cast<std::int64_t>(kMostRequestBytes));
+  // Longer than what is answered, so that a request that is a little too long is told so; beyond, ZeroMQ hangs up.
+  socket_.set(zmq::sockopt::maxmsgsize, static_cast<std::int64_t>(16 * kMostRequestBytes));
   if (gate != nullptr) gate->guard(socket_);
   try {
     socket_.bind(endpoint);
@@ -55,10 +58,15 @@ bool ControlServer::serve() {
 nlohmann::json ControlServer::answer_to(const zmq::message_t& message, bool whole) {
   try {
     if (!whole) throw UserError("request", "has several parts", "send it as one message");
+    if (message.size() > kMostRequestBytes) {
+      throw UserError("request", fmt::format("has {} bytes", message.size()),
+                      fmt::format("{} are enough for any", kMostRequestBytes));
+    }
     return handler_(parse_control_request({message.data<std::byte>(), message.size()}));
   } catch (const std::exception& error) {
     refused_.add();
-    return {{"ok", false}, {"error", error.what()}};
+    // It may repeat bytes of the request that are no UTF-8; the answer must be some, or its reader fails.
+    return {{"ok", false}, {"error", utf8_of(error.what())}};
   }
 }
 

@@ -251,7 +251,7 @@ nlohmann::json Service::answer(const nlohmann::json& request) {
     boost::asio::post(io_, [this] { stop(); });
     return {{"ok", true}};
   }
-  throw UserError("command", "\"" + command + "\" is not known", "capture_neutral, status or stop");
+  throw UserError("command", shown(command) + " is not known", "capture_neutral, status or stop");
 }
 
 nlohmann::json Service::capture_neutral(const nlohmann::json& request) {
@@ -279,7 +279,7 @@ nlohmann::json Service::capture_neutral(const nlohmann::json& request) {
   }
   std::string names;
   for (const auto& input : inputs_) names += (names.empty() ? "" : ", ") + input.name();
-  throw UserError("stream", name.empty() ? "must be given, there are several" : "\"" + name + "\" is not known",
+  throw UserError("stream", name.empty() ? "must be given, there are several" : shown(name) + " is not known",
                   "streams: " + names);
 }
 

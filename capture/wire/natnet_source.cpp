@@ -136,7 +136,8 @@ struct NatnetSource::Impl : std::enable_shared_from_this<NatnetSource::Impl> {
     const auto wanted = options.multicast_group.empty() && info.multicast && said.is_multicast()
                             ? std::optional<address_v4>(said)
                             : group;
-    if (port == data_port && wanted == group) return;
+    // A port that was busy is tried again: with each Tick, until it opens.
+    if (port == data_port && wanted == group && data.socket.is_open()) return;
     data_port = port;
     group = wanted;
     error_code error;

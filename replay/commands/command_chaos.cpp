@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "capture/errors.h"
 #include "replay/atomic_file.h"
@@ -53,6 +54,12 @@ void show_progress(boost::asio::steady_timer& timer, ProgressLine& line, const C
 }
 
 void run_chaos(const ChaosArguments& arguments) {
+  if (arguments.listen == arguments.to) {
+    throw UserError("--to", arguments.to + " is where --listen listens", "give the address of the receiver");
+  }
+  // Before anything runs: a truth that cannot be written would be known too late.
+  std::optional<AtomicFile> truth_file;
+  if (!arguments.truth.empty()) truth_file.emplace(arguments.truth);
   boost::asio::io_context io;
   ChaosProxy proxy(io, parse_listen_address(arguments.listen), parse_send_target(arguments.to), options_of(arguments));
   boost::asio::signal_set signals(io, SIGINT, SIGTERM);
@@ -70,10 +77,9 @@ void run_chaos(const ChaosArguments& arguments) {
   if (line) line->finish(proxy.counts().received);
   const std::string truth = proxy.truth().dump(1) + "\n";
   fmt::print("{}", truth);
-  if (arguments.truth.empty()) return;
-  AtomicFile file(arguments.truth);
-  file.write(truth);
-  file.commit();
+  if (!truth_file) return;
+  truth_file->write(truth);
+  truth_file->commit();
 }
 
 }  // namespace

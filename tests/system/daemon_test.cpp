@@ -1,5 +1,6 @@
 // The daemon as its users meet it: mistakes, bad input, control messages, the documented Python client.
 #include <arpa/inet.h>
+#include <csignal>
 #include <fstream>
 #include <gtest/gtest.h>
 #include <random>
@@ -226,6 +227,19 @@ TEST(Daemon, RefusesAMultipartRequestAndAnswersTheNext) {
   EXPECT_EQ(daemon.end().exit_code, 0);
 }
 
+TEST(Daemon, EndsInOrderWhenItsTerminalIsClosed) {
+  std::signal(SIGHUP, SIG_DFL);  // whoever runs the tests may ignore it, and children inherit that
+  TemporaryFolder folder;
+  RunningDaemon daemon(folder.path(), kFace);
+  ASSERT_TRUE(daemon.up());
+  ASSERT_EQ(run({program("risorius").string(), "replay", "builtin:1", "--to", daemon.input("face")}).exit_code, 0);
+  ASSERT_TRUE(becomes_true(daemon, [](const nlohmann::json& face) { return face.at("processed") == 120; }));
+  ASSERT_EQ(::kill(daemon.process().id(), SIGHUP), 0);
+  const auto ended = daemon.process().finish();
+  EXPECT_EQ(ended.exit_code, 0) << ended.output;
+  EXPECT_TRUE(std::filesystem::exists(daemon.dataset() / "manifest-sha256.txt"));
+}
+
 TEST(Daemon, CapturesANeutralOnRequest) {
   TemporaryFolder folder;
   RunningDaemon daemon(folder.path(), kFace);
@@ -251,10 +265,13 @@ TEST(Daemon, AnswersMalformedControlMessages) {
   ASSERT_TRUE(daemon.up());
   for (const nlohmann::json& request :
        {nlohmann::json(7), nlohmann::json::array({1, 2}), nlohmann::json{{"command", 3}},
-        nlohmann::json{{"command", "dance"}}, nlohmann::json{{"command", "capture_neutral"}, {"seconds", -1}},
+        nlohmann::json{{"command", "dance"}}, nlohmann::json{{"command", "\xff\xfe"}},
+        nlohmann::json{{"command", std::string(5000, 'x')}},
+        nlohmann::json{{"command", "capture_neutral"}, {"seconds", -1}},
         nlohmann::json{{"command", "capture_neutral"}, {"seconds", "long"}}}) {
     const auto answer = ask_daemon(daemon.control(), request, std::chrono::seconds(10));
-    EXPECT_FALSE(answer.at("ok")) << request.dump();
+    EXPECT_FALSE(answer.at("ok"));
+    EXPECT_NO_THROW((void)answer.dump()) << "text that every client can decode";
     EXPECT_FALSE(answer.at("error").get<std::string>().empty());
   }
   EXPECT_EQ(daemon.end().exit_code, 0);
