@@ -248,13 +248,15 @@ TEST(Daemon, CapturesANeutralOnRequest) {
       ask_daemon(daemon.control(), {{"command", "capture_neutral"}, {"stream", "nobody"}}, std::chrono::seconds(10));
   EXPECT_FALSE(refused.at("ok"));
   EXPECT_NE(refused.at("error").get<std::string>().find("face"), std::string::npos) << "it names the streams";
-  Process sender({program("risorius").string(), "replay", "builtin:4", "--to", daemon.input("face"), "--speed", "2"});
+  // As long as it takes: how busy the machine is must not decide.
+  Process sender({program("risorius").string(), "replay", "builtin:600", "--to", daemon.input("face")});
   ASSERT_TRUE(becomes_true(daemon, [](const nlohmann::json& face) { return face.at("processed") > 20; }));
   const auto accepted =
       run({program("risorius").string(), "control", "--connect", daemon.control(), "neutral", "--seconds", "0.5"});
   EXPECT_EQ(accepted.exit_code, 0) << accepted.output;
   EXPECT_TRUE(becomes_true(daemon, [](const nlohmann::json& face) { return face.at("neutral_captures") == 1; }));
-  EXPECT_EQ(sender.finish().exit_code, 0);
+  sender.send_signal(SIGINT);
+  sender.finish();
   EXPECT_EQ(daemon.end().exit_code, 0);
   EXPECT_TRUE(std::filesystem::exists(daemon.dataset() / "face-002" / "rig.json")) << "a take has one neutral";
 }
