@@ -255,6 +255,8 @@ TEST(Daemon, CapturesANeutralOnRequest) {
       run({program("risorius").string(), "control", "--connect", daemon.control(), "neutral", "--seconds", "0.5"});
   EXPECT_EQ(accepted.exit_code, 0) << accepted.output;
   EXPECT_TRUE(becomes_true(daemon, [](const nlohmann::json& face) { return face.at("neutral_captures") == 1; }));
+  const auto so_far = daemon.status().at("streams").at("face").at("processed").get<std::uint64_t>();
+  EXPECT_TRUE(becomes_true(daemon, [&](const nlohmann::json& face) { return face.at("processed") > so_far + 20; }));
   sender.send_signal(SIGINT);
   sender.finish();
   EXPECT_EQ(daemon.end().exit_code, 0);

@@ -15,7 +15,8 @@ const readable = {
 };
 const reader = await McapIndexedReader.Initialize({ readable });
 const counts = {};
-let auViews = 0, points = 0;
+let points = 0;
+const auViewTimes = []; // s
 for await (const message of reader.readMessages()) {
   const channel = reader.channelsById.get(message.channelId);
   counts[channel.topic] = (counts[channel.topic] ?? 0) + 1;
@@ -26,10 +27,15 @@ for await (const message of reader.readMessages()) {
   if (schema.name === "foxglove.PointCloud") {
     points = Math.max(points, Buffer.from(view.data, "base64").length / view.point_stride);
   } else if (Object.keys(view.au).length > 0) {
-    ++auViews;
+    auViewTimes.push(Number(message.logTime) * 1e-9);
   }
+}
+let viewsPerSecond = 0; // the most in any second
+for (let first = 0, last = 0; last < auViewTimes.length; ++last) {
+  while (auViewTimes[last] - auViewTimes[first] >= 1) ++first;
+  viewsPerSecond = Math.max(viewsPerSecond, last - first + 1);
 }
 const metadata = [];
 for await (const record of reader.readMetadata()) metadata.push(record.name);
 await file.close();
-console.log(JSON.stringify({ counts, au_views: auViews, points, metadata: [...new Set(metadata)].sort() }));
+console.log(JSON.stringify({ counts, au_views: auViewTimes.length, views_per_second: viewsPerSecond, points, metadata: [...new Set(metadata)].sort() }));
