@@ -11,7 +11,7 @@
 namespace risorius {
 
 struct DoubleExponentialOptions {
-  double time_constant_ms = 20;  ///< [1, 10000]: tau
+  double time_constant_ms = 50;  ///< [1, 10000]: tau
 };
 
 class DoubleExponential final : public ContinuationBaseline {

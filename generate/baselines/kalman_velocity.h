@@ -7,8 +7,8 @@
 namespace risorius {
 
 struct KalmanVelocityOptions {
-  double noise = 0.01;             ///< [1e-5, 1]: standard deviation of a measured intensity
-  double acceleration_noise = 10;  ///< [1e-4, 1e6]: spectral density of the acceleration, per s^3
+  double noise = 0.02;            ///< [1e-5, 1]: standard deviation of a measured intensity
+  double acceleration_noise = 1;  ///< [1e-4, 1e6]: spectral density of the acceleration, per s^3
 };
 
 class KalmanVelocity final : public ContinuationBaseline {
