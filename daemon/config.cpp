@@ -1,5 +1,6 @@
 #include "daemon/config.h"
 
+#include <algorithm>
 #include <array>
 #include <boost/asio/ip/address_v4.hpp>
 #include <set>
@@ -15,6 +16,17 @@ namespace {
 constexpr double kGigabyte = 1 << 30;
 constexpr std::size_t kMostSources = 64;
 constexpr std::size_t kLongestSourceName = 100;
+
+/// What the model may be, in words.
+const std::string& shown_models() {
+  static const std::string text = [] {
+    std::string names = "the way to a live target: ";
+    for (const std::string_view name : transition_model_names())
+      names += fmt::format("{}\"{}\"", names.ends_with(' ') ? "" : ", ", name);
+    return names;
+  }();
+  return text;
+}
 
 // Each key once: name, range, meaning. V is TomlReader or TomlPrinter.
 
@@ -53,6 +65,15 @@ void visit_queues(V& v, C& c) {
   v.number("record", c.record, 16, 65536, "frames to the recorder; full: not recorded, counted");
   v.number("session_mib", c.session_mib, 1, 1024,
            "MiB of each of the two queues to the session's file; full: not recorded, counted");
+}
+
+template <class V, class C>
+void visit_shown(V& v, C& c) {
+  v.number("rate_hz", c.rate_hz, 1, 1000, "messages per second of capture time");
+  v.number("bridge_s", c.bridge_s, 0, 2, "predictions stand so long for frames that do not come");
+  v.number("fade_s", c.fade_s, 0.05, 60, "then the face becomes neutral in so long");
+  v.number("rejoin_s", c.rejoin_s, 0, 10, "and runs into the frames in so long when they come again");
+  v.text("model", c.model, shown_models());
 }
 
 template <class V, class C>
@@ -236,6 +257,10 @@ Config config_of(const toml::table& table, const std::string& place) {
                  "give each an address of its own");
   }
   root.table("queues", [&](auto& v) { visit_queues(v, config.queues); });
+  root.table("shown", [&](auto& v) { visit_shown(v, config.shown); });
+  const auto models = transition_model_names();
+  if (std::find(models.begin(), models.end(), config.shown.model) == models.end())
+    problems.add("shown.model", "\"" + config.shown.model + "\" is not known", shown_models());
   StageConfig defaults;
   read_stage_tables(root, defaults);
   read_sources(root, defaults, problems, config);
@@ -258,6 +283,7 @@ std::string print_config(const Config& config) {
   printer.table("output", [&](auto& v) { visit_output(v, config.output); });
   printer.table("record", [&](auto& v) { visit_record(v, config.record); });
   printer.table("queues", [&](auto& v) { visit_queues(v, config.queues); });
+  printer.table("shown", [&](auto& v) { visit_shown(v, config.shown); });
   for (const auto& source : config.sources) {
     TomlPrinter stream("source");
     visit_source(stream, source);

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "generate/transition_models.h"
 #include "replay/pipeline/stage_config.h"
 
 namespace risorius {
@@ -63,6 +64,13 @@ struct RecordConfig {
   std::string pseudonym, consent, licence;
 };
 
+/// The topic `shown` (generate/shown_face.h).
+struct ShownConfig {
+  double rate_hz = 60;
+  double bridge_s = 0.5, fade_s = 1, rejoin_s = 0.15;
+  std::string model{transition_model_names().front()};  ///< of the ways to live targets
+};
+
 struct QueueConfig {
   std::int64_t admission = 1024, publish = 1024, record = 4096;
   std::int64_t session_mib = 16;
@@ -72,6 +80,7 @@ struct Config {
   OutputConfig output;
   RecordConfig record;
   QueueConfig queues;
+  ShownConfig shown;
   std::vector<SourceConfig> sources;  ///< at least one
 };
 

@@ -36,6 +36,11 @@ void Publisher::request_status() noexcept {
   results_.ring();
 }
 
+void Publisher::request_shown() noexcept {
+  shown_due_ = true;
+  results_.ring();
+}
+
 void Publisher::stop() {
   stopping_ = true;
   results_.ring();
@@ -47,13 +52,16 @@ void Publisher::run() noexcept {
     const bool last_round = stopping_;
     while (const OutputItem* item = results_.front()) {
       publish(*item);
+      if (options_.shown != nullptr && options_.shown->take(*item, shown_)) publish(shown_);
       if (options_.after_publishing) options_.after_publishing(*item);
       results_.release();
     }
     while (const Continuation* continuation = continuations_.front()) {
       publish(*continuation);
+      if (options_.shown != nullptr) options_.shown->take(*continuation);
       continuations_.release();
     }
+    if (shown_due_.exchange(false)) pass_time();
     if (status_due_.exchange(false) || last_round) send_status(last_round);
     if (last_round) return;
     results_.wait();
@@ -105,6 +113,25 @@ void Publisher::publish(const Continuation& continuation) {
   encode_continuation(continuation, context, buffer_);
   send("continuation");
   record(SessionTopic::kContinuations, continuation.header.stream_id, context.publish_time_ns);
+}
+
+void Publisher::pass_time() {
+  if (options_.shown == nullptr) return;
+  for (std::uint32_t i = 0; i < options_.shown->size(); ++i) {
+    if (options_.shown->pass(i, monotonic_now_ns(), shown_)) publish(shown_);
+  }
+}
+
+void Publisher::publish(const ShownFrame& shown) {
+  const std::uint32_t stream_id = shown.aus.header.stream_id;
+  const Stream& stream = options_.streams[stream_id];
+  if (shown.aus.count != stream.au_names.size()) return;
+  const MessageContext context{.stream = stream.name,
+                               .message = states_[stream_id].shown_messages++,
+                               .publish_time_ns = monotonic_now_ns(),
+                               .names = stream.au_names};
+  encode_shown(shown, context, buffer_);
+  send("shown");
 }
 
 void Publisher::send(std::string_view topic) {

@@ -1,6 +1,6 @@
 // The thread that turns results into MessagePack and publishes them on a ZeroMQ PUB socket (topics markers, au,
-// continuation, status). Off the live path: a slow subscriber loses messages at its own high-water mark and sees it in
-// the message numbers; it never delays anybody.
+// continuation, shown, status). Off the live path: a slow subscriber loses messages at its own high-water mark and sees
+// it in the message numbers; it never delays anybody.
 #pragma once
 
 #include <atomic>
@@ -18,6 +18,7 @@
 #include "daemon/latency_histogram.h"
 #include "daemon/pipeline_items.h"
 #include "daemon/session_recorder.h"
+#include "daemon/shown_streams.h"
 #include "replay/live/messages.h"
 
 namespace risorius {
@@ -37,7 +38,8 @@ class Publisher {
     std::string endpoint;                ///< such as "tcp://127.0.0.1:7001"; throws UserError if it cannot be bound
     int high_water_mark = 1000;          ///< messages per subscriber
     CurveGate* gate = nullptr;           ///< who may subscribe; null: anybody
-    SessionRecorder* session = nullptr;  ///< records what is published; may be null
+    SessionRecorder* session = nullptr;  ///< records what is published, but `shown`; may be null
+    ShownStreams* shown = nullptr;       ///< what to show of it; may be null
     std::vector<Stream> streams;         ///< by stream id
     /// Shown every item after it was published, on the publisher thread.
     std::function<void(const OutputItem& item)> after_publishing;
@@ -54,6 +56,8 @@ class Publisher {
 
   /// From any thread: publish a status soon.
   void request_status() noexcept;
+  /// From any thread: time has passed for the silent streams of `shown`.
+  void request_shown() noexcept;
   /// Publishes what is queued and a last status, then ends the thread.
   void stop();
 
@@ -65,7 +69,7 @@ class Publisher {
  private:
   struct StreamState {
     std::vector<std::string> marker_names;
-    std::uint64_t marker_messages = 0, au_messages = 0, continuation_messages = 0;
+    std::uint64_t marker_messages = 0, au_messages = 0, continuation_messages = 0, shown_messages = 0;
     StageLatencies latencies;
   };
 
@@ -73,6 +77,8 @@ class Publisher {
   void publish(const OutputItem& item);
   static void note_latencies(const OutputItem& item, StageLatencies& latencies) noexcept;
   void publish(const Continuation& continuation);
+  void publish(const ShownFrame& shown);
+  void pass_time();
   void send(std::string_view topic);
   void record(SessionTopic topic, std::uint32_t stream_id, std::int64_t time_ns) noexcept;
   void send_status(bool last);
@@ -86,7 +92,8 @@ class Publisher {
   MessageBuffer buffer_;
   Counter published_;
   std::uint64_t status_messages_ = 0;
-  std::atomic<bool> status_due_{false}, stopping_{false};
+  ShownFrame shown_;
+  std::atomic<bool> status_due_{false}, shown_due_{false}, stopping_{false};
   std::thread thread_;
 };
 

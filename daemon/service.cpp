@@ -3,7 +3,7 @@
 //   I/O thread (run)                    pipeline thread                      publisher thread -> ZeroMQ PUB
 //   socket -> decoder -> reorder ==admitted_==> despike -> fill -> solve ==to_publish_==^
 //   control, signals, status timer              face shapes -> map ------'
-//                                                     '-> continue ==continuations_==^
+//                                                     '-> continue ==continuations_==^ -> shown
 //                                                                      '==to_record_==> recorder thread -> dataset
 //                                                                      folder
 //   datagrams, admitted items ==ring==> session thread <==ring== what was published; -> MCAP file
@@ -12,7 +12,6 @@
 // at all.
 #include "daemon/service.h"
 
-#include <boost/asio/post.hpp>
 #include <csignal>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -30,7 +29,6 @@ namespace risorius {
 namespace {
 
 constexpr std::size_t kContinuationQueue = 256;
-constexpr double kLongestNeutralSeconds = 60;
 
 /// What take.json says of a stream of face shapes.
 nlohmann::json shapes_json(const PipelineStream& stream, const PipelineStream::Actor& actor, const ArkitTable& table) {
@@ -109,6 +107,7 @@ Service::Service(const Config& config, PipelineThread::AllocationProbe allocatio
     : config_(config),
       signals_(io_, SIGINT, SIGTERM),
       status_timer_(io_),
+      shown_timer_(io_),
       admitted_(static_cast<std::size_t>(config.queues.admission)),  // full: the newest frame is dropped, counted
       to_publish_(static_cast<std::size_t>(config.queues.publish)),  // full: the frame is not published, counted
       continuations_(kContinuationQueue) {                           // full: the prediction is not published, counted
@@ -122,7 +121,12 @@ Service::Service(const Config& config, PipelineThread::AllocationProbe allocatio
   }
   for (std::uint32_t i = 0; i < config_.sources.size(); ++i) {
     inputs_.emplace_back(
-        io_, i, config_.sources[i], admitted_, [this] { publisher_->request_status(); }, session_.get());
+        io_, i, config_.sources[i], admitted_,
+        [this] {
+          publisher_->request_status();
+          look_for_silence();
+        },
+        session_.get());
   }
   auto curve = load_curve_server(config_.output.curve_key, config_.output.curve_clients, "[output]");
   if (!curve.keys.secret_key.empty()) gate_.emplace(io_, zmq_, std::move(curve), refused_connections_);
@@ -130,10 +134,18 @@ Service::Service(const Config& config, PipelineThread::AllocationProbe allocatio
   control_ = std::make_unique<ControlServer>(io_, zmq_, config_.output.control, gate,
                                              [this](const auto& request) { return answer(request); });
 
+  std::vector<ShownStreams::Stream> faces;
+  for (const PipelineStream& stream : streams_) {
+    auto& of_stream = faces.emplace_back(ShownStreams::Stream{stream.stages.rig().au_names(), {}});
+    for (const auto& au : stream.stages.rig().aus) of_stream.upper_bounds.push_back(au.upper_bound);
+  }
+  shown_ = std::make_unique<ShownStreams>(faces, config_.shown);
+
   Publisher::Options publishing{.endpoint = config_.output.publish,
                                 .high_water_mark = static_cast<int>(config_.output.high_water_mark),
                                 .gate = gate,
-                                .session = session_.get()};
+                                .session = session_.get(),
+                                .shown = shown_.get()};
   for (std::size_t i = 0; i < streams_.size(); ++i)
     publishing.streams.push_back({config_.sources[i].name, streams_[i].stages.rig().au_names()});
   for (const PipelineStream& stream : streams_) slips_.emplace_back([&stream] { return stream.actor()->rig; });
@@ -224,12 +236,30 @@ void Service::arm_status_timer() {
   });
 }
 
+/// While a stream is silent and something can be shown of it, time is told at the rate of `shown`.
+void Service::look_for_silence() {
+  bool is_needed = false;
+  for (std::uint32_t i = 0; i < inputs_.size(); ++i)
+    is_needed |= shown_->note_silence(i, inputs_[i].watchdog().stale());
+  if (shown_armed_ || !is_needed) return;
+  publisher_->request_shown();
+  shown_armed_ = true;
+  shown_timer_.expires_after(std::chrono::nanoseconds(static_cast<std::int64_t>(1e9 / config_.shown.rate_hz)));
+  shown_timer_.async_wait([this](const boost::system::error_code& error) {
+    shown_armed_ = false;
+    if (!error) look_for_silence();
+  });
+}
+
 nlohmann::json Service::status() const {
   nlohmann::json json{{"version", 1}, {"risorius", kVersion}, {"instruction_set", kInstructionSet}};
   for (std::size_t i = 0; i < inputs_.size(); ++i) {
     json["streams"][inputs_[i].name()] =
         status_of_stream(inputs_[i], streams_[i], *publisher_, static_cast<std::uint32_t>(i));
     json["streams"][inputs_[i].name()]["slip"] = status_of_slips(slips_[i]);
+    const auto counts = shown_->counts(static_cast<std::uint32_t>(i));
+    json["streams"][inputs_[i].name()]["shown"] = {
+        {"messages", counts.messages}, {"predicted", counts.predicted}, {"targets", counts.targets}};
   }
   json["publish"] = status_of_channel(to_publish_);
   json["publish"]["messages"] = publisher_->published();
@@ -240,47 +270,6 @@ nlohmann::json Service::status() const {
   if (session_) json["session"] = session_->status();
   if (recorder_) json["record"] = status_of_recorder(*recorder_, *to_record_, config_.record.folder);
   return json;
-}
-
-nlohmann::json Service::answer(const nlohmann::json& request) {
-  const auto command = request.at("command").get<std::string>();
-  if (command == "capture_neutral") return capture_neutral(request);
-  if (command == "status") return {{"ok", true}, {"status", status()}};
-  if (command == "stop") {
-    // After the answer has left.
-    boost::asio::post(io_, [this] { stop(); });
-    return {{"ok", true}};
-  }
-  throw UserError("command", shown(command) + " is not known", "capture_neutral, status or stop");
-}
-
-nlohmann::json Service::capture_neutral(const nlohmann::json& request) {
-  for (const auto& [key, value] : request.items()) {
-    const bool fits =
-        key == "command" || (key == "stream" && value.is_string()) || (key == "seconds" && value.is_number());
-    if (!fits) {
-      throw UserError(
-          shown(key),
-          shown(value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)) + " is not known here",
-          "give stream (text) and seconds (a number)");
-    }
-  }
-  const auto name = request.value("stream", std::string());
-  const double seconds = request.value("seconds", 1.0);
-  if (!(seconds > 0 && seconds <= kLongestNeutralSeconds)) {
-    throw UserError("seconds", nlohmann::json(seconds).dump() + " is out of range", "give more than 0 and at most 60");
-  }
-  for (auto& input : inputs_) {
-    if (input.name() != name && !(name.empty() && inputs_.size() == 1)) continue;
-    if (!input.admit_neutral_capture(static_cast<std::int64_t>(seconds * 1e9))) {
-      throw UserError(input.name(), "no frames are coming", "start the source first");
-    }
-    return {{"ok", true}, {"stream", input.name()}, {"seconds", seconds}};
-  }
-  std::string names;
-  for (const auto& input : inputs_) names += (names.empty() ? "" : ", ") + input.name();
-  throw UserError("stream", name.empty() ? "must be given, there are several" : shown(name) + " is not known",
-                  "streams: " + names);
 }
 
 }  // namespace risorius

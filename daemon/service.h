@@ -21,6 +21,7 @@
 #include "daemon/publisher.h"
 #include "daemon/recorder.h"
 #include "daemon/session_recorder.h"
+#include "daemon/shown_streams.h"
 #include "daemon/slip_monitor.h"
 #include "daemon/stream_input.h"
 
@@ -53,14 +54,19 @@ class Service {
  private:
   nlohmann::json answer(const nlohmann::json& request);
   nlohmann::json capture_neutral(const nlohmann::json& request);
+  nlohmann::json go_to(const nlohmann::json& request);
+  nlohmann::json release(const nlohmann::json& request);
+  std::uint32_t stream_of(const nlohmann::json& request) const;
   void begin_recording();
   void arm_status_timer();
+  void look_for_silence();
 
   Config config_;
   zmq::context_t zmq_;
   boost::asio::io_context io_;
   boost::asio::signal_set signals_;
-  boost::asio::steady_timer status_timer_;
+  boost::asio::steady_timer status_timer_, shown_timer_;
+  bool shown_armed_ = false;
   std::function<void(const std::string& line)> notice_;
   Notices notices_;
 
@@ -74,6 +80,7 @@ class Service {
   std::deque<PipelineStream> streams_;
   std::deque<SlipMonitor> slips_;  ///< by stream
   std::unique_ptr<Recorder> recorder_;
+  std::unique_ptr<ShownStreams> shown_;
   Counter refused_connections_;
   std::optional<CurveGate> gate_;  ///< of zmq_, whose guarded sockets are below
   std::unique_ptr<Publisher> publisher_;

@@ -9,12 +9,6 @@
 namespace risorius {
 namespace {
 
-constexpr std::size_t kMostSlopeFrames = 16;  // of the window; the youngest
-constexpr std::int64_t kLongestInterpolation_ns = 100'000'000;
-constexpr double kPriorWeight = 10;       // frames that the prior counts for
-constexpr double kPriorGrowth_per_s = 1;  // of the standard deviation with the horizon, before anything was learnt
-constexpr double kPriorLargest = 0.3;
-
 void require(const char* name, double value, double least, double most) {
   if (value >= least && value <= most) return;
   throw std::invalid_argument(fmt::format("DampedVelocityOptions.{} {} is not in [{}, {}]", name, value, least, most));
@@ -22,19 +16,15 @@ void require(const char* name, double value, double least, double most) {
 
 double seconds(std::int64_t ns) noexcept { return static_cast<double>(ns) * 1e-9; }
 
-double prior_variance(double ahead_s) noexcept {
-  const double deviation = std::min(kPriorLargest, kPriorGrowth_per_s * ahead_s);
-  return deviation * deviation;
-}
-
 }  // namespace
 
 DampedVelocity::DampedVelocity(std::vector<double> upper_bound, const DampedVelocityOptions& options)
     : upper_bound_(std::move(upper_bound)),
       options_(options),
       moments_(kMoments),
-      slopes_(kMostSlopeFrames * (kMostSlopeFrames - 1) / 2),
-      errors_(kMaxContinuationSteps * kMaxAus) {
+      slopes_(kMoments * (kMoments - 1) / 2),
+      observed_(upper_bound_.size()),
+      errors_(std::clamp<std::size_t>(upper_bound_.size(), 1, kMaxAus), std::clamp(options.memory_s, 0.1, 1000.0)) {
   require("window_ms", options.window_ms, 1, 1000);
   require("time_constant_ms", options.time_constant_ms, 1, 10000);
   require("memory_s", options.memory_s, 0.1, 1000);
@@ -49,7 +39,10 @@ DampedVelocity::DampedVelocity(std::vector<double> upper_bound, const DampedVelo
   }
 }
 
-void DampedVelocity::reset() noexcept { next_ = count_ = 0; }
+void DampedVelocity::reset() noexcept {
+  next_ = count_ = 0;
+  errors_.reset();
+}
 
 void DampedVelocity::observe(const AuFrame& frame) noexcept {
   Moment& now = moments_[next_];
@@ -60,17 +53,18 @@ void DampedVelocity::observe(const AuFrame& frame) noexcept {
     const bool observed = au < frame.count && frame.state[au] == AuState::kObserved;
     now.x[au] = au < frame.count ? static_cast<float>(frame.intensity[au]) : 0;
     now.velocity_per_s[au] = observed ? 0 : std::numeric_limits<float>::quiet_NaN();
+    observed_[au] = observed ? now.x[au] : std::numeric_limits<float>::quiet_NaN();
   }
   for (std::size_t au = 0; au < upper_bound_.size(); ++au) {
     if (!std::isnan(now.velocity_per_s[au])) now.velocity_per_s[au] = velocity_of(au);
   }
-  learn();
+  errors_.observe(now.time_ns, observed_);
 }
 
 float DampedVelocity::velocity_of(std::size_t au) noexcept {
   const auto window_ns = static_cast<std::int64_t>(options_.window_ms * 1e6);
   std::size_t slopes = 0;
-  const std::size_t frames = std::min(count_, kMostSlopeFrames);
+  const std::size_t frames = count_;
   for (std::size_t newer = 0; newer < frames; ++newer) {
     for (std::size_t older = newer + 1; older < frames; ++older) {
       const Moment &a = past(older), &b = past(newer);
@@ -92,59 +86,22 @@ double DampedVelocity::predicted(const Moment& from, std::size_t au, double ahea
   return std::clamp(from.x[au] - velocity * tau_s * std::expm1(-ahead_s / tau_s), 0.0, upper_bound_[au]);
 }
 
-/// Scores every past prediction whose time lies between the last two frames.
-void DampedVelocity::learn() noexcept {
-  if (count_ < 2 || difference_ns(past(0).time_ns, past(1).time_ns) > kLongestInterpolation_ns) return;
-  for (std::size_t step = 0; step < step_count_; ++step) learn_step(step);
-}
-
-void DampedVelocity::learn_step(std::size_t step) noexcept {
-  const Moment &now = past(0), &before = past(1);
-  const std::int64_t interval_ns = now.time_ns - before.time_ns;  // learn() has seen that it is short
-  const double forget = std::exp(-seconds(interval_ns) / options_.memory_s);
-  for (std::size_t back = 1; back < count_; ++back) {
-    const Moment& from = past(back);
-    const std::int64_t past_before_ns = difference_ns(ahead_ns_[step], difference_ns(before.time_ns, from.time_ns));
-    if (past_before_ns <= 0) break;  // older ones aimed earlier still
-    if (past_before_ns > interval_ns) continue;
-    const double share = seconds(past_before_ns) / seconds(interval_ns);
-    for (std::size_t au = 0; au < upper_bound_.size(); ++au) {
-      const bool observed = !std::isnan(now.velocity_per_s[au]) && !std::isnan(before.velocity_per_s[au]) &&
-                            !std::isnan(from.velocity_per_s[au]);
-      if (!observed) continue;
-      const double actual = before.x[au] + share * (now.x[au] - before.x[au]);
-      const double error = actual - predicted(from, au, seconds(ahead_ns_[step]));
-      Error& sum = errors_[step * kMaxAus + au];
-      sum.squared_sum = forget * sum.squared_sum + error * error;
-      sum.weight = forget * sum.weight + 1;
-    }
-  }
-}
-
 void DampedVelocity::predict(Continuation& continuation) noexcept {
   const std::size_t steps = std::min<std::size_t>(continuation.step_count, kMaxContinuationSteps);
-  const bool same_horizons =
-      steps == step_count_ && std::equal(ahead_ns_.begin(), ahead_ns_.begin() + steps, continuation.ahead_ns.begin());
-  if (!same_horizons) {
-    step_count_ = steps;
-    ahead_ns_ = continuation.ahead_ns;
-    std::fill(errors_.begin(), errors_.end(), Error{});
-  }
+  errors_.use_horizons(std::span(continuation.ahead_ns.data(), steps));
   const std::size_t aus = std::min<std::size_t>(continuation.au_count, kMaxAus);
   for (std::size_t step = 0; step < steps; ++step) {
-    const double ahead_s = seconds(ahead_ns_[step]);
+    const double ahead_s = seconds(continuation.ahead_ns[step]);
     for (std::size_t au = 0; au < aus; ++au) {
       continuation.intensity[step][au] = 0;
       continuation.standard_deviation[step][au] = std::numeric_limits<float>::quiet_NaN();
       if (count_ == 0 || au >= upper_bound_.size()) continue;
       continuation.intensity[step][au] = static_cast<float>(predicted(past(0), au, ahead_s));
       if (std::isnan(past(0).velocity_per_s[au])) continue;
-      const Error& error = errors_[step * kMaxAus + au];
-      const double variance =
-          (kPriorWeight * prior_variance(ahead_s) + error.squared_sum) / (kPriorWeight + error.weight);
-      continuation.standard_deviation[step][au] = static_cast<float>(std::sqrt(variance));
+      continuation.standard_deviation[step][au] = errors_.deviation(step, au);
     }
   }
+  if (count_ > 0) errors_.remember(continuation);
 }
 
 }  // namespace risorius

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "generate/continuation.h"
+#include "generate/prediction_errors.h"
 
 namespace risorius {
 
@@ -28,31 +29,24 @@ class DampedVelocity final : public ContinuationModel {
   void reset() noexcept override;
 
  private:
-  /// What is kept of a frame: enough to repeat its prediction for any horizon.
+  /// What is kept of a frame.
   struct Moment {
     std::int64_t time_ns = 0;
     std::array<float, kMaxAus> x{};
     std::array<float, kMaxAus> velocity_per_s{};  // NaN where the AU was not observed
   };
-  struct Error {
-    double squared_sum = 0, weight = 0;
-  };
-  static constexpr std::size_t kMoments = 256;  // 2 s, the longest horizon, at 125 frames/s
+  static constexpr std::size_t kMoments = 16;  // of the window; the youngest
 
   const Moment& past(std::size_t back) const noexcept { return moments_[(next_ + kMoments - 1 - back) % kMoments]; }
   float velocity_of(std::size_t au) noexcept;
   double predicted(const Moment& from, std::size_t au, double ahead_s) const noexcept;
-  void learn() noexcept;
-  void learn_step(std::size_t step) noexcept;
 
   std::vector<double> upper_bound_;
   DampedVelocityOptions options_;
   std::vector<Moment> moments_;  // ring of kMoments
   std::size_t next_ = 0, count_ = 0;
-  std::vector<float> slopes_;   // scratch
-  std::size_t step_count_ = 0;  // horizons asked for last
-  std::array<std::int64_t, kMaxContinuationSteps> ahead_ns_{};
-  std::vector<Error> errors_;  // kMaxContinuationSteps x kMaxAus
+  std::vector<float> slopes_, observed_;  // scratch
+  PredictionErrors errors_;
 };
 
 }  // namespace risorius

@@ -9,10 +9,10 @@
 namespace risorius {
 
 /// frames x AUs, one frame after the other in memory; intensities.
-using AuSeries = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+using AuMatrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 struct TransitionRequest {
-  AuSeries past;                 ///< P x A, P >= 1, oldest first; the last row is where the transition starts
+  AuMatrix past;                 ///< P x A, P >= 1, oldest first; the last row is where the transition starts
   Eigen::VectorXf target;        ///< A; of finite intensities, as past
   Eigen::Index frames = 0;       ///< N >= 1; row k of the result is (k + 1) / rate_hz after the last row of past
   double rate_hz = 0;            ///< of past and of the result, > 0
@@ -25,7 +25,7 @@ class TransitionModel {
   virtual std::string_view name() const noexcept = 0;
   /// Fills `result` (N x A): its last row is the target, its intensities within [0, 1.2].
   /// Throws std::invalid_argument for requests whose sizes do not fit or that are not finite.
-  virtual void generate(const TransitionRequest& request, AuSeries& result) = 0;
+  virtual void generate(const TransitionRequest& request, AuMatrix& result) = 0;
 };
 
 }  // namespace risorius

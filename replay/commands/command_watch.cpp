@@ -1,5 +1,6 @@
 // risorius watch: a live table of a running daemon. risorius control: one control message and its answer.
 #include <CLI/CLI.hpp>
+#include <charconv>
 #include <chrono>
 #include <csignal>
 #include <fmt/format.h>
@@ -43,6 +44,65 @@ void print_answer(const std::string& endpoint, const CurveArguments& curve, cons
   if (!answer.value("ok", false)) throw UserError(answer.value("error", "the daemon refused"));
 }
 
+/// "AU12L=0.8" -> name and value.
+std::pair<std::string, double> au_of_argument(const std::string& argument) {
+  const std::size_t equals = argument.find('=');
+  double value = 0;
+  const char* const end = argument.data() + argument.size();
+  const char* const begin = equals == std::string::npos ? end : argument.data() + equals + 1;
+  const auto [last, error] = std::from_chars(begin, end, value);
+  if (equals == 0 || error != std::errc() || last != end)
+    throw UserError("--au", "\"" + argument + "\" is no AU with its intensity", "write AU12L=0.8");
+  return {argument.substr(0, equals), value};
+}
+
+struct TargetArguments {
+  std::string expression, stream;
+  std::vector<std::string> aus;
+  double seconds = 1, hold_s = 1, return_s = 1;
+};
+
+nlohmann::json request_of(const TargetArguments& arguments) {
+  if (arguments.expression.empty() == arguments.aus.empty())
+    throw UserError("control target", "one target is needed",
+                    "name an expression, or give --au AU12L=0.8 (several times)");
+  nlohmann::json request{{"command", "go_to"},
+                         {"stream", arguments.stream},
+                         {"seconds", arguments.seconds},
+                         {"hold_seconds", arguments.hold_s},
+                         {"return_seconds", arguments.return_s}};
+  if (!arguments.expression.empty()) request["expression"] = arguments.expression;
+  for (const std::string& au : arguments.aus) {
+    const auto [name, value] = au_of_argument(au);
+    request["au"][name] = value;
+  }
+  return request;
+}
+
+void add_target_commands(CLI::App& control, std::shared_ptr<std::string> endpoint,
+                         std::shared_ptr<CurveArguments> curve) {
+  CLI::App* target = control.add_subcommand("target", "lead what the topic `shown` shows to an expression, and back");
+  auto arguments = std::make_shared<TargetArguments>();
+  target->add_option("expression", arguments->expression, "happy, sad:2, ...: of the performer's table");
+  target->add_option("--au", arguments->aus, "instead: AU12L=0.8; those that are not named become 0");
+  target->add_option("--seconds", arguments->seconds, "of the way there")
+      ->check(number_between(0.01, 60))
+      ->capture_default_str();
+  target->add_option("--hold", arguments->hold_s, "seconds there")
+      ->check(number_between(0, 3600))
+      ->capture_default_str();
+  target->add_option("--back", arguments->return_s, "seconds of the way back")
+      ->check(number_between(0, 60))
+      ->capture_default_str();
+  target->add_option("--stream", arguments->stream, "the source's name; may be left out if there is one source");
+  target->callback([=] { print_answer(*endpoint, *curve, request_of(*arguments)); });
+
+  CLI::App* release = control.add_subcommand("release", "end a target now: back to the face");
+  auto stream = std::make_shared<std::string>();
+  release->add_option("--stream", *stream, "the source's name; may be left out if there is one source");
+  release->callback([=] { print_answer(*endpoint, *curve, {{"command", "release"}, {"stream", *stream}}); });
+}
+
 }  // namespace
 
 void add_watch_command(CLI::App& app) {
@@ -75,6 +135,7 @@ void add_control_command(CLI::App& app) {
   neutral->callback([=] {
     print_answer(*endpoint, *curve, {{"command", "capture_neutral"}, {"stream", *stream}, {"seconds", *seconds}});
   });
+  add_target_commands(*control, endpoint, curve);
   control->add_subcommand("status", "print the counters")->callback([=] {
     print_answer(*endpoint, *curve, {{"command", "status"}});
   });

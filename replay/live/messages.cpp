@@ -78,6 +78,30 @@ std::size_t bound(const MessageContext& context, std::size_t bytes_per_entry) {
   return bytes;
 }
 
+/// Three entries.
+void write_aus(MapWriter& out, const AuFrame& frame, const MessageContext& context) {
+  std::array<char, kMaxAus> states;
+  out.key("au");
+  out.map(frame.count);
+  for (std::uint32_t i = 0; i < frame.count; ++i) {
+    states[i] = letter_of(frame.state[i]);
+    out.key(context.names[i]);
+    if (frame.state[i] == AuState::kNotObserved) {
+      out.nothing();
+    } else {
+      out.number(frame.intensity[i]);
+    }
+  }
+  out.key("standard_deviation");
+  out.array(frame.count);
+  for (std::uint32_t i = 0; i < frame.count; ++i) {
+    const double deviation = frame.standard_deviation[i];
+    std::isnan(deviation) ? out.nothing() : out.number(deviation);
+  }
+  out.key("states");
+  out.text({states.data(), frame.count});
+}
+
 }  // namespace
 
 void encode_markers(const MarkerFrame& frame, const MessageContext& context, MessageBuffer& out_buffer) {
@@ -124,26 +148,19 @@ void encode_aus(const AuFrame& frame, const MessageContext& context, MessageBuff
   write_numbers(out, has_solve, frame.world_from_head.rotation_xyzw);
   out.key("translation_mm");
   write_numbers(out, has_solve, frame.world_from_head.translation_mm);
-  std::array<char, kMaxAus> states;
-  out.key("au");
-  out.map(frame.count);
-  for (std::uint32_t i = 0; i < frame.count; ++i) {
-    states[i] = letter_of(frame.state[i]);
-    out.key(context.names[i]);
-    if (frame.state[i] == AuState::kNotObserved) {
-      out.nothing();
-    } else {
-      out.number(frame.intensity[i]);
-    }
-  }
-  out.key("standard_deviation");
-  out.array(frame.count);
-  for (std::uint32_t i = 0; i < frame.count; ++i) {
-    const double deviation = frame.standard_deviation[i];
-    std::isnan(deviation) ? out.nothing() : out.number(deviation);
-  }
-  out.key("states");
-  out.text({states.data(), frame.count});
+  write_aus(out, frame, context);
+  out.finish();
+}
+
+void encode_shown(const ShownFrame& shown, const MessageContext& context, MessageBuffer& out_buffer) {
+  RISORIUS_CHECK(context.names.size() == shown.aus.count);
+  MapWriter out(out_buffer, bound(context, 32), kHeaderEntries + 5);
+  write_header(out, shown.aus.header, context);
+  out.key("kind");
+  out.text(word_of(shown.aus.kind));
+  out.key("origin");
+  out.text(word_of(shown.origin));
+  write_aus(out, shown.aus, context);
   out.finish();
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "capture/frames.h"
+#include "generate/shown_face.h"
 
 namespace risorius {
 
@@ -21,9 +22,10 @@ struct MessageContext {
 /// A buffer that is reused: encode_* clears it, and it grows only until it has held the largest message.
 using MessageBuffer = std::vector<char>;
 
-/// names.size() == frame.count in all three.
+/// names.size() == frame.count in all of them.
 void encode_markers(const MarkerFrame& frame, const MessageContext& context, MessageBuffer& out);
 void encode_aus(const AuFrame& frame, const MessageContext& context, MessageBuffer& out);
+void encode_shown(const ShownFrame& shown, const MessageContext& context, MessageBuffer& out);
 void encode_continuation(const Continuation& continuation, const MessageContext& context, MessageBuffer& out);
 
 }  // namespace risorius

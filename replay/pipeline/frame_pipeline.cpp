@@ -29,7 +29,7 @@ FramePipeline::FramePipeline(const PipelineOptions& options, Rig rig)
       despiker_(options.despike),
       filler_(options.fill),
       solver_(rig_, options.solve),
-      continuer_(std::make_unique<DampedVelocity>(upper_bounds_of(rig_), options.damped_velocity),
+      continuer_(make_continuation_model(options.continuation_model, rig_.au_names(), upper_bounds_of(rig_)),
                  options.continuation),
       neutral_sum_mm_(3, static_cast<Eigen::Index>(rig_.marker_count())),
       neutral_squares_mm2_(static_cast<Eigen::Index>(rig_.marker_count())),

@@ -19,7 +19,7 @@
 #include "capture/repair/despiker.h"
 #include "capture/repair/gap_filler.h"
 #include "generate/continuation.h"
-#include "generate/damped_velocity.h"
+#include "generate/continuation_models.h"
 #include "solve/au_solver.h"
 #include "solve/rigs/rig.h"
 
@@ -36,7 +36,7 @@ struct PipelineOptions {
   GapFillerOptions fill;
   AuSolverOptions solve;
   ContinuerOptions continuation;
-  DampedVelocityOptions damped_velocity;
+  ContinuationModelOptions continuation_model;
 };
 
 /// What a frame has behind it.

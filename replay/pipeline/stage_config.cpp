@@ -17,6 +17,13 @@ constexpr std::array kFillMethods{Choice<FillMethod>{"none", FillMethod::kNone},
                                   Choice<FillMethod>{"damped_velocity", FillMethod::kDampedVelocity},
                                   Choice<FillMethod>{"low_rank", FillMethod::kLowRank}};
 
+constexpr auto kContinuationChoices = [] {
+  std::array<Choice<ContinuationKind>, kContinuationKinds.size()> choices{};
+  for (std::size_t i = 0; i < choices.size(); ++i)
+    choices[i] = {kContinuationKinds[i].name, kContinuationKinds[i].kind};
+  return choices;
+}();
+
 // Each key once: name, range, meaning. V is TomlReader or TomlPrinter; O is const for the printer.
 
 template <class V, class O>
@@ -64,12 +71,15 @@ void visit_solve(V& v, O& o) {
   v.number("pose_steps", o.pose_steps, 0, 20, "most joint steps of pose and AUs; 0: pose of the stabilisers");
 }
 
-template <class V, class O, class D>
-void visit_continuation(V& v, O& o, D& d) {
+template <class V, class O, class M>
+void visit_continuation(V& v, O& o, M& m) {
+  v.choice("model", m.kind, std::span<const Choice<ContinuationKind>>(kContinuationChoices),
+           "how the face goes on; all but damped_velocity are plain baselines");
   v.number("max_rate_hz", o.max_rate_hz, 1, 1000, "predictions per second of capture time");
-  v.number("window_ms", d.window_ms, 1, 1000, "the last frames that give the velocity");
-  v.number("time_constant_ms", d.time_constant_ms, 1, 10000, "in which the velocity dies away");
-  v.number("memory_s", d.memory_s, 0.1, 1000, "over which own errors are remembered");
+  auto& d = m.damped_velocity;
+  v.number("window_ms", d.window_ms, 1, 1000, "damped_velocity: the last frames that give the velocity");
+  v.number("time_constant_ms", d.time_constant_ms, 1, 10000, "damped_velocity: in which the velocity dies away");
+  v.number("memory_s", d.memory_s, 0.1, 1000, "damped_velocity: over which own errors are remembered");
 }
 
 }  // namespace
@@ -80,7 +90,7 @@ void read_stage_tables(TomlReader& reader, StageConfig& stages) {
   reader.table("despike", [&](auto& v) { visit_despike(v, p.despike); });
   reader.table("fill", [&](auto& v) { visit_fill(v, p.fill); });
   reader.table("solve", [&](auto& v) { visit_solve(v, p.solve); });
-  reader.table("continuation", [&](auto& v) { visit_continuation(v, p.continuation, p.damped_velocity); });
+  reader.table("continuation", [&](auto& v) { visit_continuation(v, p.continuation, p.continuation_model); });
 }
 
 void print_stage_tables(TomlPrinter& printer, const StageConfig& stages) {
@@ -89,7 +99,7 @@ void print_stage_tables(TomlPrinter& printer, const StageConfig& stages) {
   printer.table("despike", [&](auto& v) { visit_despike(v, p.despike); });
   printer.table("fill", [&](auto& v) { visit_fill(v, p.fill); });
   printer.table("solve", [&](auto& v) { visit_solve(v, p.solve); });
-  printer.table("continuation", [&](auto& v) { visit_continuation(v, p.continuation, p.damped_velocity); });
+  printer.table("continuation", [&](auto& v) { visit_continuation(v, p.continuation, p.continuation_model); });
 }
 
 std::string print_stage_config(const StageConfig& stages) {
@@ -149,7 +159,7 @@ StageConfig stage_config_of(const toml::table& table, const std::string& place, 
   TomlReader reader(table, "", problems);
   StageConfig stages;
   read_stage_tables(reader, stages);
-  for (const char* daemons_own : {"output", "record", "queues"}) reader.find(daemons_own);
+  for (const char* daemons_own : {"output", "record", "queues", "shown"}) reader.find(daemons_own);
   if (const toml::node* sources = reader.find("source"); sources != nullptr && sources->is_array_of_tables()) {
     read_source_stages(*sources->as_array(), source, stages, problems);
   }

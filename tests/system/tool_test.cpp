@@ -40,6 +40,34 @@ TEST(Tool, NeverWritesOverWhatItReads) {
   }
 }
 
+TEST(Tool, MakesATransitionOfTwoPosesInOneCall) {
+  TemporaryFolder folder;
+  const std::string tool = program("risorius").string();
+  const auto smile = folder.path() / "smile.csv", next = folder.path() / "next.csv";
+  const auto made =
+      run({tool, "transition", "--from", "neutral", "--to", "happy", "--frames", "50", "-o", smile.string()});
+  ASSERT_EQ(made.exit_code, 0) << made.output;
+  std::ifstream file(smile);
+  std::string line, last;
+  int lines = 0;
+  while (std::getline(file, line)) last = line, ++lines;
+  EXPECT_EQ(lines, 1 + 1 + 50) << "header, start, 50 frames";
+  EXPECT_NE(last.find(",0.9"), std::string::npos) << "the last frame is the target: " << last;
+  EXPECT_TRUE(std::filesystem::exists(folder.path() / "smile.png"));
+  const auto on = run({tool, "transition", "--from", smile.string(), "--to", "sad:2", "-o", next.string()});
+  EXPECT_EQ(on.exit_code, 0) << on.output;
+  for (const std::vector<std::string>& bad :
+       {std::vector<std::string>{"--from", "furious", "--to", "happy"},
+        {"--from", "neutral", "--to", "happy", "--model", "magic"},
+        {"--from", "neutral", "--to", "happy", "--frames", "0"},
+        {"--from", "neutral", "--to", "happy", "--model", "linear", "--variants", "2"}}) {
+    std::vector<std::string> command{tool, "transition", "-o", (folder.path() / "bad.csv").string()};
+    command.insert(command.end(), bad.begin(), bad.end());
+    EXPECT_NE(run(command).exit_code, 0) << bad[1];
+    EXPECT_FALSE(std::filesystem::exists(folder.path() / "bad.csv"));
+  }
+}
+
 TEST(Tool, RefusesOutputsThatCollide) {
   TemporaryFolder folder;
   const auto out = (folder.path() / "y.csv").string();

@@ -1,0 +1,66 @@
+// The topic `shown`: what an avatar is shown of each stream (generate/shown_face.h), beside what was measured. Off the
+// live path: fed by the publisher thread with what it has published, and with time while a stream is silent. Targets
+// come from the I/O thread; their courses are made on a thread of their own, since a network takes its time.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "capture/counters.h"
+#include "daemon/config.h"
+#include "daemon/pipeline_items.h"
+#include "generate/shown_face.h"
+
+namespace risorius {
+
+class ShownStreams {
+ public:
+  struct Stream {
+    std::vector<std::string> au_names;
+    std::vector<double> upper_bounds;
+  };
+  /// By stream id. Throws UserError for a model that is not known.
+  ShownStreams(const std::vector<Stream>& streams, const ShownConfig& config);
+
+  /// Publisher thread, of everything that was published, in order. True if `out` is to be published.
+  bool take(const OutputItem& item, ShownFrame& out) noexcept;
+  void take(const Continuation& continuation) noexcept;
+  /// Publisher thread: time has come to CLOCK_MONOTONIC `now_ns`; for streams that are silent.
+  bool pass(std::uint32_t stream_id, std::int64_t now_ns, ShownFrame& out) noexcept;
+
+  /// I/O thread: whether the stream should be sending and does not. True if there is something to show meanwhile.
+  bool note_silence(std::uint32_t stream_id, bool is_silent);
+  /// I/O thread. Throws UserError: no face is there, another target is being prepared, numbers out of range.
+  void go_to(std::uint32_t stream_id, const LiveTarget& target);
+  /// I/O thread. Throws UserError if there is no target.
+  void release(std::uint32_t stream_id);
+
+  std::size_t size() const noexcept { return states_.size(); }
+  struct Counts {
+    std::uint64_t messages = 0, predicted = 0, targets = 0;
+  };
+  Counts counts(std::uint32_t stream_id) const noexcept;
+
+ private:
+  struct State {
+    State(const std::vector<double>& upper_bounds, const ShownOptions& options) : face(upper_bounds, options) {}
+    std::mutex mutex;  ///< of face and arrived_ns
+    ShownFace face;
+    std::int64_t arrived_ns = 0;  ///< the last frame, CLOCK_MONOTONIC
+    std::atomic<bool> is_silent{false}, is_preparing{false};
+    std::unique_ptr<TransitionModel> model;  ///< of the thread that prepares
+    Counter messages, predicted, targets;
+    std::jthread preparing;  ///< last: it ends first
+  };
+  static void count(State& state, const ShownFrame& shown) noexcept;
+
+  std::deque<State> states_;
+};
+
+}  // namespace risorius

@@ -1,0 +1,32 @@
+#include "generate/continuation_models.h"
+
+#include <stdexcept>
+
+#include "generate/baselines/double_exponential.h"
+#include "generate/baselines/hold.h"
+#include "generate/baselines/kalman_velocity.h"
+#include "generate/baselines/linear_autoregression.h"
+
+namespace risorius {
+
+std::unique_ptr<ContinuationModel> make_continuation_model(const ContinuationModelOptions& options,
+                                                           const std::vector<std::string>& names,
+                                                           const std::vector<double>& upper_bounds) {
+  if (names.size() != upper_bounds.size())
+    throw std::invalid_argument("make_continuation_model: not as many names as upper bounds");
+  switch (options.kind) {
+    case ContinuationKind::kHold:
+      return std::make_unique<Hold>(upper_bounds);
+    case ContinuationKind::kDampedVelocity:
+      return std::make_unique<DampedVelocity>(upper_bounds, options.damped_velocity);
+    case ContinuationKind::kDoubleExponential:
+      return std::make_unique<DoubleExponential>(upper_bounds);
+    case ContinuationKind::kKalman:
+      return std::make_unique<KalmanVelocity>(upper_bounds);
+    case ContinuationKind::kLinearAutoregression:
+      return std::make_unique<LinearAutoregression>(upper_bounds);
+  }
+  throw std::invalid_argument("make_continuation_model: no such kind");
+}
+
+}  // namespace risorius

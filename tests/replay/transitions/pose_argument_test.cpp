@@ -1,0 +1,77 @@
+#include "replay/transitions/pose_argument.h"
+
+#include <fstream>
+#include <gtest/gtest.h>
+
+#include "capture/errors.h"
+#include "support/test_data.h"
+
+namespace risorius {
+namespace {
+
+const std::vector<std::string> kDefaults{"AU6L", "AU6R", "AU12L", "AU12R"};
+
+class Ends : public ::testing::Test {
+ protected:
+  std::string write(const char* name, const char* text) {
+    const auto path = folder_.path() / name;
+    std::ofstream(path) << text;
+    return path.string();
+  }
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(Ends, TwoExpressionsAreTwoFramesOfTheDefaultAus) {
+  const TransitionEnds ends = transition_ends("neutral", "happy", kDefaults);
+  EXPECT_EQ(ends.names, kDefaults);
+  ASSERT_EQ(ends.past.rows(), 1);
+  EXPECT_TRUE(ends.past.isZero());
+  EXPECT_FLOAT_EQ(ends.target[2], 0.9F);
+}
+
+TEST_F(Ends, ASeriesStartsAtItsLastFrameWithItsPastAndEndsAtItsFirst) {
+  const std::string series = write("a.csv", "Frame,AU12L,AU1\n0,0.1,0\n1,0.2,0\n2,0.4,0.5\n");
+  const TransitionEnds from = transition_ends(series, "neutral", kDefaults);
+  EXPECT_EQ(from.names, (std::vector<std::string>{"AU12L", "AU1"}));
+  ASSERT_EQ(from.past.rows(), 3);
+  EXPECT_FLOAT_EQ(from.past(2, 0), 0.4F);
+  EXPECT_FLOAT_EQ(from.past(2, 1), 0.5F);
+  EXPECT_EQ(transition_ends(series, "neutral", kDefaults, 2).past.rows(), 2);
+  const TransitionEnds to = transition_ends("neutral", series, kDefaults);
+  EXPECT_EQ(to.names, from.names);
+  EXPECT_FLOAT_EQ(to.target[0], 0.1F);
+}
+
+TEST_F(Ends, AFrameIsChosenByItsNumber) {
+  const std::string series = write("a.csv", "Frame,AU12L\n10,0.1\n20,0.2\n30,0.4\n");
+  EXPECT_FLOAT_EQ(transition_ends("neutral", series + ":20", kDefaults).target[0], 0.2F);
+  const TransitionEnds from = transition_ends(series + ":20", "neutral", kDefaults);
+  ASSERT_EQ(from.past.rows(), 2);
+  EXPECT_FLOAT_EQ(from.past(1, 0), 0.2F);
+  EXPECT_THROW(transition_ends(series + ":15", "neutral", kDefaults), UserError);
+  EXPECT_THROW(transition_ends(series + ":x", "neutral", kDefaults), UserError);
+}
+
+TEST_F(Ends, ColumnsOfTheOtherSeriesAreFoundByNameAndWhatLacksIsSaid) {
+  const std::string from = write("from.csv", "Frame,AU1,AU12L,AU12R\n0,0.1,0.2,0.3\n");
+  const std::string to = write("to.csv", "Frame,AU12R,AU12L\n0,0.7,0.6\n");
+  const TransitionEnds ends = transition_ends(from, to, kDefaults);
+  EXPECT_FLOAT_EQ(ends.target[0], 0);
+  EXPECT_FLOAT_EQ(ends.target[1], 0.6F);
+  EXPECT_FLOAT_EQ(ends.target[2], 0.7F);
+  ASSERT_EQ(ends.notes.size(), 1u);
+  EXPECT_NE(ends.notes[0].find("has no AU1"), std::string::npos) << ends.notes[0];
+  const std::string holes = write("holes.csv", "Frame,AU1,AU12L,AU12R\n0,0.1,,0.3\n");
+  const TransitionEnds unobserved = transition_ends(holes, "neutral", kDefaults);
+  EXPECT_FLOAT_EQ(unobserved.past(0, 1), 0);
+  ASSERT_EQ(unobserved.notes.size(), 1u);
+  EXPECT_NE(unobserved.notes[0].find("does not observe AU12L"), std::string::npos) << unobserved.notes[0];
+}
+
+TEST_F(Ends, WhatIsNeitherAFileNorAnExpressionIsRefused) {
+  EXPECT_THROW(transition_ends("furious", "happy", kDefaults), UserError);
+  EXPECT_THROW(transition_ends("happy", (folder_.path() / "nowhere.csv").string(), kDefaults), UserError);
+}
+
+}  // namespace
+}  // namespace risorius
