@@ -6,6 +6,7 @@
 #include "generate/baselines/hold.h"
 #include "generate/baselines/kalman_velocity.h"
 #include "generate/baselines/linear_autoregression.h"
+#include "generate/shipped_models.h"
 
 namespace risorius {
 
@@ -25,6 +26,8 @@ std::unique_ptr<ContinuationModel> make_continuation_model(const ContinuationMod
       return std::make_unique<KalmanVelocity>(upper_bounds);
     case ContinuationKind::kLinearAutoregression:
       return std::make_unique<LinearAutoregression>(upper_bounds);
+    case ContinuationKind::kLearned:
+      return shipped_continuation(names, upper_bounds);
   }
   throw std::invalid_argument("make_continuation_model: no such kind");
 }

@@ -17,7 +17,8 @@ enum class ContinuationKind : std::uint8_t {
   kDampedVelocity,
   kDoubleExponential,
   kKalman,
-  kLinearAutoregression
+  kLinearAutoregression,
+  kLearned
 };
 
 struct ContinuationKindEntry {
@@ -29,7 +30,8 @@ inline constexpr std::array kContinuationKinds{
     ContinuationKindEntry{"damped_velocity", ContinuationKind::kDampedVelocity},
     ContinuationKindEntry{"double_exponential", ContinuationKind::kDoubleExponential},
     ContinuationKindEntry{"kalman", ContinuationKind::kKalman},
-    ContinuationKindEntry{"linear_autoregression", ContinuationKind::kLinearAutoregression}};
+    ContinuationKindEntry{"linear_autoregression", ContinuationKind::kLinearAutoregression},
+    ContinuationKindEntry{"learned", ContinuationKind::kLearned}};
 
 struct ContinuationModelOptions {
   ContinuationKind kind = ContinuationKind::kDampedVelocity;

@@ -1,14 +1,17 @@
 #include "generate/transition_models.h"
 
 #include "generate/interpolation.h"
+#include "generate/shipped_models.h"
 
 namespace risorius {
 
 std::vector<std::string_view> transition_model_names() {
-  return {"minimum_jerk", "hold", "linear", "cubic_hermite", "quintic"};
+  return {"expression_generator", "minimum_jerk", "hold", "linear", "cubic_hermite", "quintic"};
 }
 
-std::unique_ptr<TransitionModel> make_transition_model(std::string_view name, const std::vector<std::string>&) {
+std::unique_ptr<TransitionModel> make_transition_model(std::string_view name,
+                                                       const std::vector<std::string>& au_names) {
+  if (name == "expression_generator") return shipped_expression_generator(au_names);
   return make_interpolation(name);
 }
 

@@ -9,14 +9,6 @@ namespace {
 
 constexpr double kMostDeviations = 2;
 
-std::string other_side(const std::string& name) {
-  if (name.empty()) return name;
-  if (name.ends_with("Left")) return name.substr(0, name.size() - 4) + "Right";
-  if (name.ends_with("Right")) return name.substr(0, name.size() - 5) + "Left";
-  const bool sided = name.starts_with("AU") && (name.back() == 'L' || name.back() == 'R');
-  return sided ? name.substr(0, name.size() - 1) + (name.back() == 'L' ? 'R' : 'L') : name;
-}
-
 double drawn_factor(double deviation, Random& random) {
   return std::exp(deviation * std::clamp(random.gaussian(), -kMostDeviations, kMostDeviations));
 }
@@ -32,15 +24,6 @@ Eigen::RowVectorXf row_at(const AuMatrix& rows, double at) {
 }
 
 }  // namespace
-
-std::vector<std::size_t> mirrored_columns(const std::vector<std::string>& names) {
-  std::vector<std::size_t> columns;
-  for (std::size_t k = 0; k < names.size(); ++k) {
-    const auto other = std::find(names.begin(), names.end(), other_side(names[k]));
-    columns.push_back(other == names.end() ? k : static_cast<std::size_t>(other - names.begin()));
-  }
-  return columns;
-}
 
 Transition vary(const Transition& original, const std::vector<std::size_t>& mirrored, Random& random,
                 const AugmentationOptions& options) {

@@ -13,12 +13,8 @@ struct AugmentationOptions {
   double amplitude = 0.25;  ///< standard deviation of the logarithm, [0, 1]
 };
 
-/// Column of the other side of the face for each column; its own where there is none. Jaw and mouth to a side swap,
-/// too.
-std::vector<std::size_t> mirrored_columns(const std::vector<std::string>& names);
-
-/// A drawn variation with the same take, sibling and part. Courses keep within the shortest and longest transition
-/// (StillnessOptions), values within [0, 1.2].
+/// `mirrored`: the other side of each AU (generate/au_kind.h). A drawn variation with the same take, sibling and part.
+/// Courses keep within the shortest and longest transition (StillnessOptions), values within [0, 1.2].
 Transition vary(const Transition& original, const std::vector<std::size_t>& mirrored, Random& random,
                 const AugmentationOptions& options = {});
 

@@ -5,6 +5,7 @@
 
 #include "capture/errors.h"
 #include "fuzz/input_file.h"
+#include "generate/safetensors.h"
 #include "replay/takes/au_csv.h"
 #include "replay/takes/bnd_reader.h"
 #include "replay/takes/c3d_reader.h"
@@ -141,6 +142,27 @@ std::vector<Bytes> live_link_csv_seeds() {
       bytes_of("Timecode,BlendShapeCount,EyeBlinkLeft,JawOpen,MouthSmileLeft,HeadYaw,HeadPitch,HeadRoll\n"
                "10:00:00:00.000,61,0.1,0.2,0.3,0.1,0.1,0.1\n10:00:00:01.000,61,,,,,,\n"
                "10:00:00:02.500,61,0.1,1.003,0.3,0.1,0.1,0.1\n10:00:01:00.000,61,0.1,0.2,0.3,0.1,0.1,0.1\n")};
+}
+
+void run_safetensors(std::span<const std::byte> input) {
+  try {
+    const Safetensors file = parse_safetensors(input, "input");
+    for (const auto& [name, tensor] : file.tensors)
+      require(tensor.values().size() == tensor.size(), "a tensor has as many values as its shape says");
+    const std::string bytes = safetensors_bytes(file);
+    const Safetensors again = parse_safetensors(std::as_bytes(std::span(bytes)), "again");
+    require(safetensors_bytes(again) == bytes, "written and read, it is the same");
+  } catch (const UserError&) {
+  }
+}
+
+std::vector<Bytes> safetensors_seeds() {
+  Safetensors file;
+  file.metadata = {{"model", "seed"}, {"rate_hz", "120"}};
+  const std::vector<float> values{1, -2, 3, 0.5F};
+  file.tensors["output.weight"] = make_tensor(values, {2, 2}, TensorType::kBf16);
+  file.tensors["output.bias"] = make_tensor(values, {4}, TensorType::kF32);
+  return {bytes_of(safetensors_bytes(file)), bytes_of(safetensors_bytes({}))};
 }
 
 }  // namespace risorius::fuzz

@@ -20,4 +20,7 @@ std::vector<Bytes> au_csv_seeds();
 void run_live_link_csv(std::span<const std::byte> input);
 std::vector<Bytes> live_link_csv_seeds();
 
+void run_safetensors(std::span<const std::byte> input);
+std::vector<Bytes> safetensors_seeds();
+
 }  // namespace risorius::fuzz

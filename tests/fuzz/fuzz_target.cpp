@@ -32,6 +32,7 @@ constexpr std::array kTargets{
     Target{"config", run_config, config_seeds},
     Target{"control", run_control, control_seeds},
     Target{"mcap", run_mcap, mcap_seeds},
+    Target{"safetensors", run_safetensors, safetensors_seeds},
     Target{"tick", run_tick, tick_seeds},
 };
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <set>
 
+#include "generate/au_kind.h"
 #include "replay/corpus/augmentation.h"
 #include "replay/corpus/expression_corpus.h"
 #include "replay/corpus/recording_merge.h"
@@ -115,7 +116,7 @@ TEST(ExpressionCorpus, TheSameSeedGivesTheSameBits) {
 
 TEST(Augmentation, VariesPaceStrengthAndSideWithinTheLimits) {
   const TransitionCorpus corpus = perform_expressions(corpus_aus(), {1, 1});
-  const auto mirrored = mirrored_columns(corpus.names);
+  const auto mirrored = other_sides(corpus.names);
   Random random(5, 0);
   for (const Transition& original : corpus.transitions) {
     const Transition varied = vary(original, mirrored, random);
@@ -136,7 +137,7 @@ TEST(Augmentation, VariesPaceStrengthAndSideWithinTheLimits) {
 
 TEST(Augmentation, MirrorsSidesByName) {
   const std::vector<std::string> names{"AU12L", "AU27", "AU12R", "mouthLeft", "mouthRight", "AU30L"};
-  EXPECT_EQ(mirrored_columns(names), (std::vector<std::size_t>{2, 1, 0, 4, 3, 5}));
+  EXPECT_EQ(other_sides(names), (std::vector<std::size_t>{2, 1, 0, 4, 3, 5}));
   AugmentationOptions only_mirror{0, 0, 1, 0};
   Transition original;
   original.past = AuMatrix::Constant(20, 6, 0.1F);
@@ -144,7 +145,7 @@ TEST(Augmentation, MirrorsSidesByName) {
   original.course.col(0).setConstant(0.7F);
   original.past.col(0).setConstant(0.7F);
   Random random(1, 0);
-  const Transition varied = vary(original, mirrored_columns(names), random, only_mirror);
+  const Transition varied = vary(original, other_sides(names), random, only_mirror);
   ASSERT_EQ(varied.course.rows(), 60);
   EXPECT_FLOAT_EQ(varied.course(30, 2), 0.7F);
   EXPECT_FLOAT_EQ(varied.course(30, 0), 0.1F);

@@ -1,0 +1,148 @@
+// risorius-train expression-generator: the default model's weights.
+#include <fmt/format.h>
+#include <memory>
+
+#include "generate/train/commands.h"
+#include "generate/train/export_weights.h"
+#include "generate/train/expression_network.h"
+#include "generate/train/training_corpus.h"
+#include "generate/train/training_run.h"
+#include "generate/transition_features.h"
+
+namespace risorius {
+namespace {
+
+constexpr std::size_t kPool = 4000;
+constexpr std::int64_t kBatch = 16, kDraws = 2;
+constexpr int kIdleShare = 5;
+constexpr double kVarietyWeight = 0.2, kDurationWeight = 0.02;
+
+struct ExpressionArguments {
+  std::string recording, out = "build/train";
+  TrainingOptions training;
+  double recorded_share = 0.5;
+  ExpressionNetworkOptions network;
+};
+
+torch::Tensor curves(ExpressionNetwork& network, const TransitionTensors& data, const torch::Tensor& noise,
+                     const torch::Tensor& basis) {
+  return data.base + data.scale.unsqueeze(1) * network->forward(data, noise).matmul(basis);
+}
+
+/// Mean over the course, summed over AUs: one number per transition.
+torch::Tensor errors(const torch::Tensor& curve, const TransitionTensors& data) {
+  return torch::zeros({data.transitions})
+      .index_add(0, data.owner, (curve - data.course).square().mean(1) * data.weight);
+}
+
+/// The expected course is the nearest on average; of several draws of the noise, one shall be near (Gupta et al. 2018,
+/// their variety loss).
+torch::Tensor batch_loss(ExpressionNetwork& network, const TransitionTensors& batch, const torch::Tensor& basis) {
+  const torch::Tensor none = torch::zeros({batch.transitions, kTransitionNoise});
+  torch::Tensor loss = errors(curves(network, batch, none, basis), batch).mean();
+  std::vector<torch::Tensor> drawn;
+  for (std::int64_t i = 0; i < kDraws; ++i)
+    drawn.push_back(errors(curves(network, batch, torch::randn_like(none), basis), batch));
+  loss = loss + kVarietyWeight * std::get<0>(torch::stack(drawn).min(0)).mean();
+  const torch::Tensor duration = network->expected_log_seconds(batch.whole) - batch.log_seconds;
+  return loss + kDurationWeight * duration.abs().mean();
+}
+
+/// Of held-out transitions, with the error of the better of straight line and minimum jerk.
+struct HeldOut {
+  std::string name;
+  TransitionTensors data;
+  double interpolation = 0;
+};
+
+HeldOut held_out(std::string name, const std::vector<std::string>& names,
+                 const std::vector<const Transition*>& chosen) {
+  HeldOut result{std::move(name), transition_tensors(names, chosen, kCorpusRateHz), 0};
+  const torch::Tensor u = torch::arange(1, kCourseSamples + 1) / static_cast<double>(kCourseSamples);
+  const torch::Tensor from = result.data.fixed.select(1, 2).unsqueeze(1),
+                      to = result.data.fixed.select(1, 3).unsqueeze(1);
+  const auto error = [&](const torch::Tensor& share) {
+    return errors(from + share * (to - from), result.data).mean().item<double>();
+  };
+  result.interpolation = std::min(error(u), error(u * u * u * (10 + u * (6 * u - 15))));
+  return result;
+}
+
+void train_expression_generator(ExpressionArguments arguments) {
+  torch::set_num_threads(1);
+  torch::manual_seed(arguments.training.seed);
+  const std::optional<std::filesystem::path> recording =
+      arguments.recording.empty() ? std::nullopt : std::optional<std::filesystem::path>(arguments.recording);
+  const TrainingCorpora corpora = make_training_corpora(recording, arguments.training.seed);
+  const std::vector<Transition> pool =
+      make_training_pool(corpora, kPool, arguments.recorded_share, arguments.training.seed);
+  std::vector<const Transition*> pointers;
+  for (const Transition& one : pool) pointers.push_back(&one);
+  const TransitionTensors data = transition_tensors(corpora.names, pointers, kCorpusRateHz, kIdleShare);
+  std::vector<HeldOut> held;
+  if (recording) {
+    held.push_back(held_out("recorded validation", corpora.names, part_of(corpora.recorded, CorpusPart::kValidation)));
+    held.push_back(held_out("recorded test", corpora.names, part_of(corpora.recorded, CorpusPart::kTest)));
+  }
+  held.push_back(held_out("expressions test", corpora.names, part_of(corpora.expressions, CorpusPart::kTest)));
+  held.push_back(held_out("motions test", corpora.names, part_of(corpora.motions, CorpusPart::kTest)));
+
+  ExpressionNetwork network(arguments.network);
+  const torch::Tensor basis = residual_basis().t().contiguous();
+  const auto measure = [&] {
+    Measurements measured;
+    for (const HeldOut& one : held) {
+      const torch::Tensor none = torch::zeros({one.data.transitions, kTransitionNoise});
+      const torch::Tensor curve = curves(network, one.data, none, basis).clamp(0, kMostTransitionIntensity);
+      measured.emplace_back(one.name + ": MSE to the better interpolation's",
+                            errors(curve, one.data).mean().item<double>() / one.interpolation);
+    }
+    return measured;
+  };
+  arguments.training.name = "expression_generator";
+  arguments.training.folder = arguments.out;
+  train(
+      *network, arguments.training,
+      [&](std::int64_t) {
+        const torch::Tensor chosen =
+            std::get<0>(torch::_unique2(torch::randint(data.transitions, {kBatch}, torch::kInt64)));
+        return batch_loss(network, data.of(chosen), basis);
+      },
+      measure);
+  round_weights(*network);
+  network->eval();
+  const torch::NoGradGuard guard;
+  for (const auto& [name, value] : measure()) fmt::print("{}: {:.3f}\n", name, value);
+  const auto path = arguments.training.folder / "expression_generator.safetensors";
+  export_weights(*network,
+                 {{"model", "expression_generator"},
+                  {"trained_on", recording ? kTrainingCredit : "synthetic performer of Risorius"},
+                  {"channels", "any: weights are shared by all AUs"},
+                  {"rate_hz", "any: the course is a spline over the way"},
+                  {"configuration",
+                   fmt::format("encoder {}, decoder {}, seed {}, {} steps", arguments.network.encoder_units,
+                               arguments.network.decoder_units, arguments.training.seed, arguments.training.steps)}},
+                 path);
+  fmt::print("{}\n", path.string());
+}
+
+}  // namespace
+
+void add_expression_command(CLI::App& app) {
+  auto arguments = std::make_shared<ExpressionArguments>();
+  arguments->training.steps = 500;
+  arguments->training.learning_rate = 3e-3;
+  CLI::App* command = app.add_subcommand("expression-generator", "train the default Expression-Generator");
+  command->add_option("--recording", arguments->recording, "alex_rom_3.csv; without it, the performer alone")
+      ->check(CLI::ExistingFile);
+  command->add_option("--out", arguments->out, "folder for weights, checkpoint and figures");
+  command->add_option("--steps", arguments->training.steps, "of training")->check(CLI::Range(1, 10'000'000));
+  command->add_option("--seed", arguments->training.seed, "of everything drawn");
+  command->add_option("--rate", arguments->training.learning_rate, "at the beginning")->check(CLI::Range(1e-6, 1.0));
+  command->add_option("--decay", arguments->training.weight_decay, "of weights")->check(CLI::Range(0.0, 1.0));
+  command->add_option("--recorded-share", arguments->recorded_share, "of the pool")->check(CLI::Range(0.0, 1.0));
+  command->add_option("--units", arguments->network.decoder_units, "of the decoder")->check(CLI::Range(1, 1024));
+  command->callback([arguments] { train_expression_generator(*arguments); });
+}
+
+}  // namespace risorius

@@ -1,0 +1,168 @@
+#include "generate/transition_features.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fmt/format.h>
+#include <stdexcept>
+
+namespace risorius {
+namespace {
+
+constexpr double kPastStepS = 0.02;
+constexpr double kParabolaS = 0.05;  ///< of the past, through which velocity and acceleration are taken
+constexpr Eigen::Index kMostParabolaFrames = 32;
+constexpr float kFadeS = 0.25F;            ///< tau
+constexpr float kMostVelocity = 12;        ///< per second; beyond, it is a defect
+constexpr float kMostAccelerated = 0.05F;  ///< what the acceleration may add until tau
+constexpr float kShareOfLargest = 0.2F, kLeastScale = 0.02F;
+
+/// Velocity and acceleration at the last of `count` evenly spaced values by the parabola nearest to them, `dt` apart.
+struct Motion {
+  float velocity = 0, acceleration = 0;
+};
+Motion motion_at_end(const TransitionRequest& request, Eigen::Index column) {
+  const Eigen::Index rows = request.past.rows();
+  const double dt = 1 / request.rate_hz;
+  const auto wanted = std::clamp<Eigen::Index>(std::llround(kParabolaS / dt) + 1, 2, kMostParabolaFrames);
+  const Eigen::Index count = std::min(rows, wanted);
+  if (count < 2) return {};
+  const auto value = [&](Eigen::Index back) { return static_cast<double>(request.past(rows - 1 - back, column)); };
+  if (count == 2) return {static_cast<float>((value(0) - value(1)) / dt), 0};
+  // x(-t) - x(0) = -v t + a t^2 / 2, the last value kept exactly, so that nothing leaps there.
+  double tt = 0, ttt = 0, tttt = 0, xt = 0, xtt = 0;
+  for (Eigen::Index back = 1; back < count; ++back) {
+    const double t = static_cast<double>(back) * dt, x = value(back) - value(0);
+    tt += t * t;
+    ttt += t * t * t;
+    tttt += t * t * t * t;
+    xt += x * t;
+    xtt += x * t * t;
+  }
+  const double determinant = tt * tttt - ttt * ttt;
+  if (!(determinant > 1e-12 * tt * tttt)) return {static_cast<float>(-xt / tt), 0};
+  return {static_cast<float>(-(xt * tttt - xtt * ttt) / determinant),
+          static_cast<float>(2 * (xtt * tt - xt * ttt) / determinant)};
+}
+
+/// 1 to 0 with two zero derivatives at both ends.
+float fade(float s) noexcept { return s >= 1 ? 0 : 1 - minimum_jerk(s); }
+
+}  // namespace
+
+float minimum_jerk(float u) noexcept { return u * u * u * (10 + u * (6 * u - 15)); }
+
+float transition_envelope(float u) noexcept {
+  const float p = u * (1 - u);
+  return 64 * p * p * p;
+}
+
+void transition_spline(float u, Eigen::Ref<Eigen::VectorXf> weights) noexcept {
+  weights.setZero();
+  const float place = std::clamp(u, 0.0F, 1.0F) * static_cast<float>(kTransitionKnots - 3);
+  const auto first = std::min<Eigen::Index>(static_cast<Eigen::Index>(place), kTransitionKnots - 4);
+  const float t = place - static_cast<float>(first), s = 1 - t;
+  weights(first) = s * s * s / 6;
+  weights(first + 1) = (4 + t * t * (3 * t - 6)) / 6;
+  weights(first + 2) = (4 + s * s * (3 * s - 6)) / 6;
+  weights(first + 3) = t * t * t / 6;
+}
+
+void transition_step_inputs(Eigen::Index knot, float seconds, Eigen::Ref<Eigen::VectorXf> inputs) noexcept {
+  // Coefficient k of the spline counts most at (k - 1) / (knots - 3).
+  const float u = std::clamp(static_cast<float>(knot - 1) / static_cast<float>(kTransitionKnots - 3), 0.0F, 1.0F);
+  inputs << 2 * u - 1, 4 * u * (1 - u), std::min((1 - u) * seconds, 4.0F), minimum_jerk(u);
+}
+
+void transition_base(const TransitionFeatures& features, float t_s, float seconds, Eigen::Ref<Eigen::RowVectorXf> row) {
+  const float tau = std::min(seconds, kFadeS);
+  const float share = minimum_jerk(std::min(t_s / seconds, 1.0F)), faded = fade(t_s / tau);
+  row = (features.start + share * features.change +
+         faded * t_s * (features.velocity_per_s + 0.5F * t_s * features.acceleration_per_s2))
+            .transpose();
+}
+
+TransitionFeatureMaker::TransitionFeatureMaker(const std::vector<std::string>& names) : other_(other_sides(names)) {
+  for (const std::string& name : names) kinds_.push_back(kind_of_au(name));
+}
+
+void TransitionFeatureMaker::check(const TransitionRequest& request) const {
+  const auto width = static_cast<Eigen::Index>(size());
+  if (request.past.rows() < 1 || request.past.cols() != width || request.target.size() != width)
+    throw std::invalid_argument(fmt::format("TransitionRequest: past {} x {}, target {}; the model has {} AUs",
+                                            request.past.rows(), request.past.cols(), request.target.size(), width));
+  if (!request.past.allFinite() || !request.target.allFinite())
+    throw std::invalid_argument("TransitionRequest: an intensity is not finite");
+  if (request.frames < 1 || !(request.rate_hz > 0) || !std::isfinite(request.rate_hz))
+    throw std::invalid_argument(
+        fmt::format("TransitionRequest: {} frames at {} per second", request.frames, request.rate_hz));
+}
+
+void TransitionFeatureMaker::make(const TransitionRequest& request, TransitionFeatures& features) const {
+  check(request);
+  const auto width = static_cast<Eigen::Index>(size());
+  const auto seconds = static_cast<float>(static_cast<double>(request.frames) / request.rate_hz);
+  const float tau = std::min(seconds, kFadeS);
+  features.start = request.past.row(request.past.rows() - 1).transpose();
+  features.change = request.target - features.start;
+  features.velocity_per_s.resize(width);
+  features.acceleration_per_s2.resize(width);
+  for (Eigen::Index k = 0; k < width; ++k) {
+    const Motion motion = motion_at_end(request, k);
+    const float most = 2 * kMostAccelerated / (tau * tau);
+    features.velocity_per_s(k) = std::clamp(motion.velocity, -kMostVelocity, kMostVelocity);
+    features.acceleration_per_s2(k) = std::clamp(motion.acceleration, -most, most);
+  }
+  const Eigen::VectorXf ways = features.change.cwiseAbs();
+  const float largest = ways.maxCoeff(), mean = ways.mean();
+  features.scale =
+      (ways.array().square() + kShareOfLargest * kShareOfLargest * largest * largest + kLeastScale * kLeastScale)
+          .sqrt();
+  std::array<float, kAuKinds> of_kind{};
+  for (Eigen::Index k = 0; k < width; ++k) {
+    const auto kind = static_cast<std::size_t>(kinds_[static_cast<std::size_t>(k)]);
+    if (kind >= kAuKinds) continue;
+    of_kind[kind] = std::max(of_kind[kind], ways(k));
+  }
+  features.fixed.setZero(width, kTransitionFixedWidth);
+  for (Eigen::Index k = 0; k < width; ++k) {
+    const auto other = static_cast<Eigen::Index>(other_[static_cast<std::size_t>(k)]);
+    const auto kind = static_cast<std::size_t>(kinds_[static_cast<std::size_t>(k)]);
+    auto row = features.fixed.row(k);
+    row.head(9) << features.change(k) / features.scale(k), ways(k), features.start(k), request.target(k),
+        std::log(seconds), largest, 10 * mean,
+        std::clamp(features.velocity_per_s(k) * tau / features.scale(k), -3.0F, 3.0F),
+        features.change(other) / features.scale(other);
+    if (kind < kAuKinds) row(9 + static_cast<Eigen::Index>(kind)) = 1;
+    for (std::size_t i = 0; i < kAuKinds; ++i) row(14 + static_cast<Eigen::Index>(i)) = of_kind[i];
+  }
+  features.whole.resize(kTransitionWholeWidth);
+  features.whole << largest, 10 * mean, features.velocity_per_s.cwiseAbs().maxCoeff(), of_kind[0], of_kind[1],
+      of_kind[2], of_kind[3], of_kind[4], static_cast<float>((ways.array() > 0.1F).count()) / 10;
+  make_past(request, features);
+}
+
+void TransitionFeatureMaker::make_past(const TransitionRequest& request, TransitionFeatures& features) const {
+  const auto width = static_cast<Eigen::Index>(size());
+  const Eigen::Index last = request.past.rows() - 1;
+  features.past.resize(width, kTransitionPastSteps * kTransitionPastWidth);
+  for (Eigen::Index step = 0; step < kTransitionPastSteps; ++step) {
+    const double back_s = kPastStepS * static_cast<double>(kTransitionPastSteps - 1 - step);
+    const double place = std::max(0.0, static_cast<double>(last) - back_s * request.rate_hz);
+    const auto before = std::min(static_cast<Eigen::Index>(place), last);
+    const Eigen::Index after = std::min(before + 1, last);
+    const auto share = static_cast<float>(place - static_cast<double>(before));
+    for (Eigen::Index k = 0; k < width; ++k) {
+      const auto moved = [&](Eigen::Index column) {
+        const float x =
+            request.past(before, column) + share * (request.past(after, column) - request.past(before, column));
+        return std::clamp((x - features.start(column)) / features.scale(column), -3.0F, 3.0F);
+      };
+      features.past(k, step * kTransitionPastWidth) = moved(k);
+      features.past(k, step * kTransitionPastWidth + 1) =
+          moved(static_cast<Eigen::Index>(other_[static_cast<std::size_t>(k)]));
+    }
+  }
+}
+
+}  // namespace risorius
