@@ -1,5 +1,6 @@
 #include "generate/continuation_models.h"
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "generate/baselines/double_exponential.h"
@@ -15,6 +16,9 @@ std::unique_ptr<ContinuationModel> make_continuation_model(const ContinuationMod
                                                            const std::vector<double>& upper_bounds) {
   if (names.size() != upper_bounds.size())
     throw std::invalid_argument("make_continuation_model: not as many names as upper bounds");
+  const bool has_bounds = std::ranges::all_of(upper_bounds, [](double bound) { return bound > 0 && bound <= 2; });
+  if (upper_bounds.empty() || !has_bounds)
+    throw std::invalid_argument("make_continuation_model: upper bounds must be in (0, 2], one at least");
   switch (options.kind) {
     case ContinuationKind::kHold:
       return std::make_unique<Hold>(upper_bounds);

@@ -19,6 +19,7 @@ constexpr float kMostLogFactor = 4;  ///< a factor of 55: a face at rest says li
 constexpr float kMoved = 0.1F;       ///< AUs that have not moved by this say nothing about errors
 constexpr float kLeastDeviation = 1e-4F;
 constexpr std::int64_t kLeastApart_ns = 15'000'000, kLongestInterpolation_ns = 100'000'000;
+constexpr std::int64_t kLongestGapNs = 500'000'000;
 
 void apply_silu(Eigen::Ref<Eigen::ArrayXf> x) noexcept { x *= (1 + (-x).exp()).inverse(); }
 std::span<float> span_of(Eigen::ArrayXf& x) noexcept { return {x.data(), static_cast<std::size_t>(x.size())}; }
@@ -62,6 +63,8 @@ void LearnedContinuation::reset() noexcept {
 }
 
 void LearnedContinuation::observe(const AuFrame& frame) noexcept {
+  // What lies longer ago than the network looks back says nothing of the motion now.
+  if (started_ && difference_ns(frame.header.capture_time_ns, time_ns_) > kLongestGapNs) reset();
   std::copy(x_.begin(), x_.end(), before_.begin());
   was_observed_.swap(observed_);
   for (std::size_t au = 0; au < x_.size(); ++au) {
@@ -73,7 +76,7 @@ void LearnedContinuation::observe(const AuFrame& frame) noexcept {
   }
   const std::int64_t before_ns = time_ns_;
   time_ns_ = frame.header.capture_time_ns;
-  if (started_ && time_ns_ - before_ns <= kLongestInterpolation_ns) learn(time_ns_, before_ns);
+  if (started_ && difference_ns(time_ns_, before_ns) <= kLongestInterpolation_ns) learn(time_ns_, before_ns);
   started_ = true;
   maker_.observe(time_ns_, x_);
   run();

@@ -51,6 +51,9 @@ std::unique_ptr<ContinuationModel> make(ContinuationKind kind, std::size_t aus =
                                  std::vector<double>(aus, kUpper));
 }
 
+/// A network knows no rest to the last digit: it has seen that faces relax, and says so by this much at most.
+double tolerance_of(ContinuationKind kind) { return kind == ContinuationKind::kLearned ? 0.03 : 1e-6; }
+
 TEST(ContinuationBaselines, AreFoundByTheirNames) {
   for (const ContinuationKindEntry& entry : kContinuationKinds) EXPECT_EQ(make(entry.kind)->name(), entry.name);
 }
@@ -59,7 +62,8 @@ TEST(ContinuationBaselines, AFaceAtRestStaysAtRest) {
   for (const ContinuationKindEntry& entry : kContinuationKinds) {
     const auto model = make(entry.kind);
     const Continuation out = after(*model, 60, [](double) { return 0.4; });
-    for (std::size_t step = 0; step < 5; ++step) EXPECT_NEAR(out.intensity[step][0], 0.4, 1e-6) << entry.name;
+    for (std::size_t step = 0; step < 5; ++step)
+      EXPECT_NEAR(out.intensity[step][0], 0.4, tolerance_of(entry.kind)) << entry.name;
   }
 }
 
@@ -96,16 +100,25 @@ TEST(ContinuationBaselines, WhatIsNotObservedStaysNotObserved) {
   }
 }
 
+/// What a model says that has seen this one frame; a formula: that it stays.
+double without_past(ContinuationKind kind, double time_s, double value, std::size_t step) {
+  if (kind != ContinuationKind::kLearned) return value;
+  const auto model = make(kind);
+  model->observe(frame_at(time_s, 1, value));
+  return static_cast<double>(ask(*model, 1).intensity[step][0]);
+}
+
 TEST(ContinuationBaselines, ALongGapBeginsTheMotionAnew) {
   for (const ContinuationKindEntry& entry : kContinuationKinds) {
     const auto model = make(entry.kind);
     for (int f = 0; f < 30; ++f) model->observe(frame_at(f / kRate_hz, 1, 0.02 * f));
     model->observe(frame_at(2.0, 1, 0.3));
     const Continuation out = ask(*model, 1);
-    for (std::size_t step = 0; step < 5; ++step) EXPECT_NEAR(out.intensity[step][0], 0.3, 1e-6) << entry.name;
+    for (std::size_t step = 0; step < 5; ++step)
+      EXPECT_NEAR(out.intensity[step][0], without_past(entry.kind, 2.0, 0.3, step), 1e-6) << entry.name;
     model->reset();
     model->observe(frame_at(0, 1, 0.9));
-    EXPECT_NEAR(ask(*model, 1).intensity[4][0], 0.9, 1e-6) << entry.name;
+    EXPECT_NEAR(ask(*model, 1).intensity[4][0], without_past(entry.kind, 0, 0.9, 4), 1e-6) << entry.name;
   }
 }
 
