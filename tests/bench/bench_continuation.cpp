@@ -171,8 +171,7 @@ void report(const std::string& group, const std::vector<const TakeResult*>& take
       if (model == default_name())
         to.add(fmt::format("{}: default: 90 % interval off by, {}", group, at),
                100 * std::abs(pooled_coverage(takes, m, h) - 0.9));
-      if (takes.front()->models[m].is_baseline)
-        to.add(fmt::format("{}: {}, {}", group, model, at), 1000 * pooled_mae(takes, m, h));
+      to.add(fmt::format("{}: {}, {}", group, model, at), 1000 * pooled_mae(takes, m, h));
     }
   }
 }
