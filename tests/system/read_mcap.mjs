@@ -17,9 +17,15 @@ const reader = await McapIndexedReader.Initialize({ readable });
 const counts = {};
 let points = 0;
 const auViewTimes = []; // s
+let viewsDue = 0, dueAt = 0n; // of the AUs as they were written: on a grid of 60 a second, begun anew after a gap
+const period = 1000000000n / 60n;
 for await (const message of reader.readMessages()) {
   const channel = reader.channelsById.get(message.channelId);
   counts[channel.topic] = (counts[channel.topic] ?? 0) + 1;
+  if (channel.topic === "/face/au" && message.logTime >= dueAt) {
+    dueAt = message.logTime - dueAt < period ? dueAt + period : message.logTime + period;
+    ++viewsDue;
+  }
   if (channel.messageEncoding !== "json") continue;
   const view = JSON.parse(new TextDecoder().decode(message.data));
   const schema = reader.schemasById.get(channel.schemaId);
@@ -38,4 +44,4 @@ for (let first = 0, last = 0; last < auViewTimes.length; ++last) {
 const metadata = [];
 for await (const record of reader.readMetadata()) metadata.push(record.name);
 await file.close();
-console.log(JSON.stringify({ counts, au_views: auViewTimes.length, views_per_second: viewsPerSecond, points, metadata: [...new Set(metadata)].sort() }));
+console.log(JSON.stringify({ counts, au_views: auViewTimes.length, views_per_second: viewsPerSecond, views_due: viewsDue, points, metadata: [...new Set(metadata)].sort() }));
