@@ -14,6 +14,7 @@
 
 #include "capture/errors.h"
 #include "capture/monotonic_clock.h"
+#include "capture/wire/flood_rest.h"
 #include "capture/wire/receive_batch.h"
 
 namespace risorius {
@@ -72,8 +73,10 @@ const NatnetSourceOptions& checked(const NatnetSourceOptions& options) {
 }
 
 struct Port {
-  explicit Port(boost::asio::io_context& io) : socket(io) {}
+  explicit Port(boost::asio::io_context& io) : socket(io), rest_timer(io) {}
   udp::socket socket;
+  boost::asio::steady_timer rest_timer;
+  FloodRest rest;
   std::uint32_t known_drops = 0;
   bool waiting = false;
 };
@@ -115,6 +118,7 @@ struct NatnetSource::Impl : std::enable_shared_from_this<NatnetSource::Impl> {
   /// At the group or at our own address. A unicast server that sends to the command port can do without.
   void open_data_port(error_code& error) {
     data.socket.close(error);
+    data.rest_timer.cancel();
     data.waiting = false;
     data.known_drops = 0;
     open(data.socket, udp::endpoint(group.value_or(local), data_port), group.has_value(), error);
@@ -187,10 +191,29 @@ struct NatnetSource::Impl : std::enable_shared_from_this<NatnetSource::Impl> {
     return count == limit;
   }
 
+  std::uint64_t useless() const noexcept {
+    return counters.datagrams.refused.value() + counters.datagrams.dropped.value();
+  }
+
+  void rest(Port& port, std::chrono::microseconds time) {
+    counters.rests.add();
+    port.waiting = true;
+    port.rest_timer.expires_after(time);
+    port.rest_timer.async_wait([self = shared_from_this(), &port](const error_code& error) {
+      if (error) return;
+      port.waiting = false;
+      if (self->running) self->drain(port);
+    });
+  }
+
   void drain(Port& port) {
     counters.wake_ups.add();
-    for (std::size_t i = 0; i < kMaxBatchesPerWakeUp && receive_batch(port); ++i) {
-    }
+    const std::uint64_t received_before = counters.datagrams.received.value(), useless_before = useless();
+    bool more = true;
+    for (std::size_t i = 0; i < kMaxBatchesPerWakeUp && more; ++i) more = receive_batch(port);
+    const bool was_useless =
+        more && useless() - useless_before >= counters.datagrams.received.value() - received_before;
+    if (const auto time = port.rest.after_turn(was_useless); time.count() > 0) rest(port, time);
     on_ready();
     if (!running) return;
     send_outgoing();
@@ -277,6 +300,7 @@ void NatnetSource::stop() noexcept {
   }
   error_code ignored;
   impl_->timer.cancel(ignored);
+  for (Port* port : {&impl_->command, &impl_->data}) port->rest_timer.cancel();
   impl_->command.socket.close(ignored);
   impl_->data.socket.close(ignored);
 }

@@ -11,6 +11,7 @@
 
 #include "capture/errors.h"
 #include "capture/monotonic_clock.h"
+#include "capture/wire/flood_rest.h"
 #include "capture/wire/receive_batch.h"
 
 namespace risorius {
@@ -23,10 +24,6 @@ constexpr std::size_t kBatch = 32;
 constexpr std::size_t kMaxBatchesPerWakeUp = 4;
 constexpr std::size_t kSlotBytes = 2048;
 static_assert(kSlotBytes > kMaxDatagramBytes);
-constexpr std::chrono::microseconds kFirstRest{250};
-// At most kBatch * kMaxBatchesPerWakeUp datagrams in this time: a twentieth of the thread, and a full buffer of garbage
-// is read in a second.
-constexpr std::chrono::microseconds kLongestRest{4000};
 
 constexpr std::string_view scheme_of(const MarkerStreamDecoder&) { return "udp"; }
 constexpr std::string_view scheme_of(const LiveLinkSession&) { return "livelink"; }
@@ -72,13 +69,10 @@ struct UdpSourceOf<Decoder, Options>::Impl : std::enable_shared_from_this<Impl> 
 
   /// After a full turn: at once, or after a rest if it brought nothing of use.
   void wait_for_turn(bool was_useless) {
-    if (!was_useless) {
-      rest = {};
-      return wait();
-    }
-    rest = std::clamp(2 * rest, kFirstRest, kLongestRest);
+    const auto time = rest.after_turn(was_useless);
+    if (time.count() == 0) return wait();
     counters.rests.add();
-    rest_timer.expires_after(rest);
+    rest_timer.expires_after(time);
     rest_timer.async_wait([self = this->shared_from_this()](const error_code& error) {
       if (!error && self->running) self->drain();
     });
@@ -131,7 +125,7 @@ struct UdpSourceOf<Decoder, Options>::Impl : std::enable_shared_from_this<Impl> 
   Decoder decoder;
   udp::socket socket;
   boost::asio::steady_timer rest_timer;
-  std::chrono::microseconds rest{};
+  FloodRest rest;
   std::function<void()> on_ready;
   ReceiveBatch batch{kBatch, kSlotBytes};
   SourceCounters& counters;

@@ -6,8 +6,8 @@
 // allocates per frame.
 //
 // Fairness: all sources share the thread. A source whose full turns bring nothing but refused and repeated datagrams (a
-// flood of garbage) rests after each for twice as long as before, up to kLongestRest; what its buffer cannot hold
-// meanwhile is counted as kernel_drops. One datagram of use ends that.
+// flood of garbage) rests after each for twice as long as before, up to FloodRest::kLongest; what its buffer cannot
+// hold meanwhile is counted as kernel_drops. One datagram of use ends that.
 #pragma once
 
 #include <cstddef>

@@ -1,6 +1,7 @@
 // Our NatNet client against our server, over real sockets.
 #include "capture/wire/natnet_source.h"
 
+#include <array>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/multicast.hpp>
 #include <boost/asio/ip/udp.hpp>
@@ -201,6 +202,26 @@ TEST(NatnetSource, RefusesDatagramsOfOthersThanItsServer) {
   intruder.send_to(boost::asio::buffer(forged), {boost::asio::ip::make_address_v4(own_address()), 1511});
   ASSERT_TRUE(run_until(both.io, [&] { return both.source->counters().of(NatnetError::kUnknownSender) == 1; }));
   EXPECT_TRUE(both.frames.empty());
+}
+
+TEST(NatnetSource, RestsWhileItsDataPortIsFlooded) {
+  Connected both({.command_port = 0, .to_data_port = true}, {});
+  both.server->start(face(3));
+  ASSERT_TRUE(both.connect());
+  ASSERT_TRUE(both.play(0, 10));
+  const SourceCounters& counters = both.source->counters();
+  EXPECT_EQ(counters.rests.value(), 0u);
+  boost::asio::io_context other_io;
+  udp::socket other(other_io, udp::v4());
+  const udp::endpoint target(boost::asio::ip::make_address(own_address()), kNatnetDataPort);
+  const std::array<char, 40> garbage{};
+  const std::uint64_t before = counters.datagrams.refused.value();
+  for (int i = 0; i < 400; ++i) other.send_to(boost::asio::buffer(garbage), target);
+  ASSERT_TRUE(run_until(both.io, [&] { return counters.datagrams.refused.value() == before + 400; }));
+  EXPECT_EQ(counters.rests.value(), 3u);  // after turns of 128: 128, 256 and 384
+  // Then it hears its server as before.
+  ASSERT_TRUE(both.play(10, 20));
+  EXPECT_EQ(counters.rests.value(), 3u);
 }
 
 TEST(NatnetSource, NamesWhatCannotBe) {
