@@ -7,6 +7,7 @@
 #include <sys/stat.h>
 #include <system_error>
 #include <unistd.h>
+#include <utility>
 
 #include "capture/errors.h"
 
@@ -14,6 +15,10 @@ namespace risorius {
 namespace {
 
 constexpr std::uint64_t kPieceBytes = 65536;
+/// Of a chunk without compression, up to its records, with opcode and length.
+constexpr std::uint64_t kChunkHeadBytes = kMcapRecordHeadBytes + 40;
+/// No metadata of a session that stands between chunks is longer.
+constexpr std::uint64_t kMostMetadataBytes = 1 << 20;
 constexpr const char* kRemedy = "give a recording of risoriusd, or another MCAP file";
 
 /// Of a chunk, before its records.
@@ -78,6 +83,90 @@ void McapReader::read_at(std::uint64_t offset, std::size_t bytes, std::vector<st
 
 void McapReader::damage(std::string problem) { damages_.push_back({record_offset_, std::move(problem), {}, {}}); }
 
+void McapReader::lose_place(std::string problem) {
+  damage(std::move(problem));
+  lost_ = true;
+}
+
+/// Whether a record of this kind can have this length, as far as that is known without reading it.
+bool McapReader::is_plausible(McapOp op, std::uint64_t length) {
+  if (op == McapOp::kDataEnd) return length == 4;
+  if (op != McapOp::kMessageIndex) return op != McapOp{};
+  if (length < 6) return false;
+  std::vector<std::byte> head;
+  read_at(offset_ + kMcapRecordHeadBytes, 6, head);
+  ByteReader in{std::span<const std::byte>(head).subspan(2)};
+  return in.read<std::uint32_t>() == length - 6;
+}
+
+/// Whether the content says no more than metadata_. A later version of the format may, but after it comes a record.
+bool McapReader::is_all_of(std::span<const std::byte> content) const {
+  ByteAppender again;
+  append_mcap_record(metadata_, again);
+  return again.size() == kMcapRecordHeadBytes + content.size();
+}
+
+/// Whether what stands at offset_ looks like the head of a record.
+bool McapReader::is_record_here() {
+  if (size_ - offset_ < kMcapRecordHeadBytes) return false;
+  std::vector<std::byte> head;
+  read_at(offset_, kMcapRecordHeadBytes, head);
+  ByteReader in(head);
+  const auto op = static_cast<McapOp>(in.read<std::uint8_t>());
+  const auto length = in.read<std::uint64_t>();
+  return op >= McapOp::kHeader && op <= McapOp::kDataEnd && length <= size_ - offset_ - kMcapRecordHeadBytes;
+}
+
+/// Goes to the next chunk, metadata or end of the data after record_offset_. What a record's content looks like is not
+/// asked: all that a chunk says of its own size must fit together, and then its CRC.
+bool McapReader::find_place() {
+  std::vector<std::byte> bytes;
+  for (std::uint64_t from = record_offset_ + 1; from + kMcapRecordHeadBytes <= size_;) {
+    const std::uint64_t piece = std::min(size_ - from, kPieceBytes);
+    read_at(from, static_cast<std::size_t>(piece), bytes);
+    // A head that the piece has a part of only is looked at in the next one.
+    const bool last = from + piece == size_;
+    const std::size_t heads = static_cast<std::size_t>(last ? piece : piece - kChunkHeadBytes);
+    for (std::size_t i = 0; i < heads; ++i) {
+      if (!is_place(from + i, std::span(bytes).subspan(i))) continue;
+      offset_ = from + i;
+      damages_.back().problem += fmt::format("; read on at byte {}", offset_);
+      return true;
+    }
+    from += heads;
+  }
+  return false;
+}
+
+/// `bytes`: what stands at `offset`, as far as it was read.
+bool McapReader::is_place(std::uint64_t offset, std::span<const std::byte> bytes) {
+  const auto op = static_cast<McapOp>(bytes.front());
+  if (op != McapOp::kChunk && op != McapOp::kMetadata && op != McapOp::kDataEnd) return false;
+  ByteReader in(bytes.subspan(1));
+  const auto length = in.read<std::uint64_t>();
+  if (!in.ok() || length > size_ - offset - kMcapRecordHeadBytes) return false;
+  if (op == McapOp::kDataEnd) return length == 4 && ends_in_magic();
+  if (op == McapOp::kMetadata) {
+    if (length > kMostMetadataBytes) return false;
+    std::vector<std::byte> content;
+    read_at(offset + kMcapRecordHeadBytes, static_cast<std::size_t>(length), content);
+    McapMetadata metadata;
+    return read_mcap_record(content, metadata) && !metadata.name.empty();
+  }
+  in.take(16);  // times
+  const auto records_bytes = in.read<std::uint64_t>();
+  in.take(4);  // CRC
+  const auto compression_bytes = in.read<std::uint32_t>();
+  return in.read<std::uint64_t>() == records_bytes && in.ok() && compression_bytes == 0 &&
+         length == records_bytes + kChunkHeadBytes - kMcapRecordHeadBytes;
+}
+
+bool McapReader::ends_in_magic() {
+  std::vector<std::byte> magic;
+  read_at(size_ - kMcapMagic.size(), kMcapMagic.size(), magic);
+  return std::ranges::equal(magic, std::as_bytes(std::span(kMcapMagic)));
+}
+
 bool McapReader::read_record() {
   record_offset_ = offset_;
   const std::uint64_t left = size_ - offset_;
@@ -90,7 +179,7 @@ bool McapReader::read_record() {
   op_ = static_cast<McapOp>(in.read<std::uint8_t>());
   const auto length = in.read<std::uint64_t>();
   if (length > left - kMcapRecordHeadBytes) {
-    damage(fmt::format("a record of {} bytes, of which {} are there", length, left - kMcapRecordHeadBytes));
+    lose_place(fmt::format("a record of {} bytes, of which {} are there", length, left - kMcapRecordHeadBytes));
     // The head of a torn chunk says from when on messages are missing.
     if (op_ == McapOp::kChunk && left >= kMcapRecordHeadBytes + 16) {
       read_at(offset_ + kMcapRecordHeadBytes, 16, record_);
@@ -98,6 +187,10 @@ bool McapReader::read_record() {
       damages_.back().start_ns = times.read<std::int64_t>();
       damages_.back().end_ns = times.read<std::int64_t>();
     }
+    return false;
+  }
+  if (!is_plausible(op_, length)) {
+    lose_place(fmt::format("a record of kind {} cannot have {} bytes", static_cast<int>(op_), length));
     return false;
   }
   offset_ += kMcapRecordHeadBytes;
@@ -123,9 +216,11 @@ McapReader::Item McapReader::next() {
       if (const auto item = take_from_chunk()) return *item;
       continue;
     }
-    if (ended_ || !read_record()) {
-      ended_ = true;
-      return Item::kEnd;
+    if (std::exchange(lost_, false)) ended_ = !find_place();
+    if (ended_) return Item::kEnd;
+    if (!read_record()) {
+      ended_ = !lost_;
+      continue;
     }
     if (op_ == McapOp::kChunk) {
       open_chunk(record_);
@@ -138,7 +233,7 @@ McapReader::Item McapReader::next() {
 void McapReader::open_chunk(std::span<const std::byte> content) {
   ByteReader in(content);
   ChunkHead head;
-  if (!read_head(in, head)) return damage("a chunk whose parts do not fit its length");
+  if (!read_head(in, head)) return lose_place("a chunk whose parts do not fit its length");
   if (!head.compression.empty()) {
     throw UserError(path_.string(), fmt::format("is compressed ({})", shown(head.compression)),
                     "write it without compression: mcap compress --compression none");
@@ -183,8 +278,13 @@ std::optional<McapReader::Item> McapReader::take_record(McapOp op, std::span<con
       damage("a message that is too short, or of no channel");
       break;
     case McapOp::kMetadata:
-      if (read_mcap_record(content, metadata_)) return Item::kMetadata;
-      damage("metadata that do not fit their length");
+      if (read_mcap_record(content, metadata_) && (in_chunk_ || is_all_of(content) || is_record_here()))
+        return Item::kMetadata;
+      if (in_chunk_) {
+        damage("metadata that do not fit their length");
+      } else {
+        lose_place("metadata that do not fit their length");
+      }
       break;
     case McapOp::kChannel: {
       McapChannel channel;
@@ -210,9 +310,7 @@ std::optional<McapReader::Item> McapReader::take_record(McapOp op, std::span<con
         damage("the CRC of the whole file does not fit: something outside of its chunks was changed");
       // What follows is the summary, which repeats what we know; only that it is all there is of interest.
       offset_ += content.size();
-      std::vector<std::byte> magic;
-      if (size_ - offset_ >= kMcapMagic.size()) read_at(size_ - kMcapMagic.size(), kMcapMagic.size(), magic);
-      whole_ = std::ranges::equal(magic, std::as_bytes(std::span(kMcapMagic)));
+      whole_ = size_ - offset_ >= kMcapMagic.size() && ends_in_magic();
       if (!whole_) damage("the summary is torn");
       ended_ = true;
       break;

@@ -1,7 +1,7 @@
-// Reads an MCAP file from its begin to its end, and as far as it goes if the end is missing: chunks whose CRC does not
-// fit, and what comes after a torn record, are left out and reported, never guessed at. Trusts no declared size beyond
-// the bytes that are there. Reads what McapWriter writes, and other files with chunks
-// and without compression.
+// Reads an MCAP file from its begin to its end, and as far as it goes if the end is missing. Chunks whose CRC does not
+// fit are left out and reported, never guessed at; where the length of a record is damaged it reads on at the next
+// chunk. Trusts no declared size beyond the bytes that are there. Reads what McapWriter writes, and other files with
+// chunks and without compression.
 #pragma once
 
 #include <cstdint>
@@ -52,9 +52,16 @@ class McapReader {
   std::optional<Item> take_from_chunk();
   std::optional<Item> take_record(McapOp op, std::span<const std::byte> content);
   bool read_record();
+  bool is_plausible(McapOp op, std::uint64_t length);
+  bool is_all_of(std::span<const std::byte> content) const;
+  bool is_record_here();
+  bool find_place();
+  bool is_place(std::uint64_t offset, std::span<const std::byte> bytes);
+  bool ends_in_magic();
   void open_chunk(std::span<const std::byte> content);
   void read_at(std::uint64_t offset, std::size_t bytes, std::vector<std::byte>& into);
   void damage(std::string problem);
+  void lose_place(std::string problem);
 
   std::filesystem::path path_;
   int descriptor_ = -1;
@@ -64,6 +71,7 @@ class McapReader {
   McapOp op_{};
   std::span<const std::byte> chunk_;  ///< what is left of the chunk in record_
   bool in_chunk_ = false, ended_ = false, whole_ = false;
+  bool lost_ = false;  ///< where the next record begins
   McapMessage message_;
   McapMetadata metadata_;
   std::map<std::uint16_t, McapChannel> channels_;

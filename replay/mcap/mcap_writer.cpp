@@ -20,6 +20,11 @@ namespace {
                                       : "is its folder there, and writable?");
 }
 
+/// Of a chunk's record with so many bytes of records in it, and of a message index and one entry of it: the summary
+/// says where they stand, and keeps none of that in memory.
+constexpr std::uint64_t chunk_record_bytes(std::uint64_t records_bytes) { return 49 + records_bytes; }
+constexpr std::uint64_t kIndexHeadBytes = 15, kIndexEntryBytes = 16;
+
 }  // namespace
 
 McapWriter::McapWriter(std::filesystem::path path) : path_(std::move(path)) {
@@ -82,20 +87,19 @@ void McapWriter::end_chunk() {
   buffer_.append(index.records_bytes);
   buffer_.append_bytes(chunk_.bytes());
   end_mcap_record(begin, buffer_);
-  index.bytes = buffer_.size();
-  for (Channel& channel : channels_) {
+  RISORIUS_CHECK(buffer_.size() == chunk_record_bytes(index.records_bytes));
+  for (const Channel& channel : channels_) {
     if (channel.in_chunk.empty()) continue;
-    index.message_indexes[channel.record.id] = offset_ + buffer_.size();
+    ++index.channels;
     const std::size_t record = begin_mcap_record(McapOp::kMessageIndex, buffer_);
     buffer_.append(channel.record.id);
-    buffer_.append(static_cast<std::uint32_t>(16 * channel.in_chunk.size()));
+    buffer_.append(static_cast<std::uint32_t>(kIndexEntryBytes * channel.in_chunk.size()));
     for (const auto& [time_ns, at] : channel.in_chunk) {
       buffer_.append(time_ns);
       buffer_.append(at);
     }
     end_mcap_record(record, buffer_);
   }
-  index.index_bytes = buffer_.size() - index.bytes;
   chunk_.clear();
   try {
     flush(Durability::kSoon);
@@ -105,8 +109,10 @@ void McapWriter::end_chunk() {
   }
   start_ns_ = indexes_.empty() ? index.start_ns : std::min(start_ns_, index.start_ns);
   end_ns_ = std::max(end_ns_, index.end_ns);
-  indexes_.push_back(std::move(index));
+  indexes_.push_back(index);
   for (Channel& channel : channels_) {
+    if (channel.in_chunk.empty()) continue;
+    chunk_channels_.push_back({channel.record.id, static_cast<std::uint32_t>(channel.in_chunk.size())});
     channel.messages += channel.in_chunk.size();
     messages_ += channel.in_chunk.size();
     channel.in_chunk.clear();
@@ -144,18 +150,22 @@ void McapWriter::append_group(McapOp op, std::size_t begin, std::uint64_t summar
   end_mcap_record(record, offsets);
 }
 
-void McapWriter::append_index(const Index& index) {
+void McapWriter::append_index(const Index& index, std::deque<ChunkChannel>::const_iterator channel) {
   const std::size_t record = begin_mcap_record(McapOp::kChunkIndex, buffer_);
   buffer_.append(index.start_ns);
   buffer_.append(index.end_ns);
   buffer_.append(index.offset);
-  buffer_.append(index.bytes);
-  buffer_.append(static_cast<std::uint32_t>(10 * index.message_indexes.size()));
-  for (const auto& [channel, at] : index.message_indexes) {
-    buffer_.append(channel);
-    buffer_.append(at);
+  const std::uint64_t bytes = chunk_record_bytes(index.records_bytes);
+  buffer_.append(bytes);
+  buffer_.append(10 * index.channels);
+  // The message indexes follow their chunk, in this order.
+  std::uint64_t index_bytes = 0;
+  for (std::uint32_t i = 0; i < index.channels; ++i, ++channel) {
+    buffer_.append(channel->id);
+    buffer_.append(index.offset + bytes + index_bytes);
+    index_bytes += kIndexHeadBytes + kIndexEntryBytes * std::uint64_t{channel->messages};
   }
-  buffer_.append(index.index_bytes);
+  buffer_.append(index_bytes);
   append_mcap_text("", buffer_);
   buffer_.append(index.records_bytes);
   buffer_.append(index.records_bytes);
@@ -192,7 +202,11 @@ void McapWriter::append_summary() {
   append_group(McapOp::kStatistics, begin, start, offsets);
 
   begin = buffer_.size();
-  for (const Index& index : indexes_) append_index(index);
+  auto channel = chunk_channels_.cbegin();
+  for (const Index& index : indexes_) {
+    append_index(index, channel);
+    channel += index.channels;
+  }
   append_group(McapOp::kChunkIndex, begin, start, offsets);
   begin = buffer_.size();
   for (const NamedPlace& place : metadata_) {

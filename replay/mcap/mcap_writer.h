@@ -4,8 +4,8 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <filesystem>
-#include <map>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -55,10 +55,15 @@ class McapWriter {
   std::uint64_t messages() const noexcept { return messages_; }
 
  private:
+  /// What the summary will say of a chunk. Small, as a recording of days has one for each of its seconds.
   struct Index {
     std::int64_t start_ns = 0, end_ns = 0;
-    std::uint64_t offset = 0, bytes = 0, index_bytes = 0, records_bytes = 0;
-    std::map<std::uint16_t, std::uint64_t> message_indexes;  ///< file offset by channel
+    std::uint64_t offset = 0, records_bytes = 0;
+    std::uint32_t channels = 0;  ///< its rows of chunk_channels_
+  };
+  struct ChunkChannel {
+    std::uint16_t id = 0;
+    std::uint32_t messages = 0;
   };
   struct Channel {
     McapChannel record;
@@ -74,7 +79,8 @@ class McapWriter {
   void flush(Durability durability);
   void append_summary();
   void append_group(McapOp op, std::size_t begin, std::uint64_t summary_start, ByteAppender& offsets);
-  void append_index(const Index& index);
+  /// `channel`: the first of its rows.
+  void append_index(const Index& index, std::deque<ChunkChannel>::const_iterator channel);
 
   std::filesystem::path path_;
   int descriptor_ = -1;
@@ -86,7 +92,8 @@ class McapWriter {
   std::int64_t chunk_start_ns_ = 0, chunk_end_ns_ = 0;
   std::vector<McapSchema> schemas_;  ///< id - 1
   std::vector<Channel> channels_;    ///< id
-  std::vector<Index> indexes_;
+  std::deque<Index> indexes_;
+  std::deque<ChunkChannel> chunk_channels_;  ///< of all chunks, in their order
   std::vector<NamedPlace> metadata_;
   std::uint64_t messages_ = 0;
   std::int64_t start_ns_ = 0, end_ns_ = 0;

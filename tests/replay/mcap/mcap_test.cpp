@@ -1,5 +1,6 @@
 // Writer and reader against each other; what others make of our files is tested in tests/system.
 #include <csignal>
+#include <cstring>
 #include <fstream>
 #include <gtest/gtest.h>
 #include <random>
@@ -172,6 +173,52 @@ TEST_F(Mcap, AFlippedBitCostsAtMostItsOwnChunk) {
     }
   }
   EXPECT_GT(damaged, 500u);
+}
+
+/// Where the records outside of chunks begin, by walking over their lengths.
+std::vector<std::pair<McapOp, std::size_t>> records_of(const std::string& bytes) {
+  std::vector<std::pair<McapOp, std::size_t>> records;
+  for (std::size_t at = kMcapMagic.size(); at + kMcapRecordHeadBytes < bytes.size();) {
+    records.emplace_back(static_cast<McapOp>(bytes[at]), at);
+    std::uint64_t length = 0;
+    std::memcpy(&length, bytes.data() + at + 1, sizeof length);
+    at += kMcapRecordHeadBytes + length;
+  }
+  return records;
+}
+
+TEST_F(Mcap, ADamagedLengthCostsAtMostItsOwnChunk) {
+  {
+    McapWriter writer(path());
+    write_three_chunks(writer);
+    writer.finish();
+  }
+  const std::string whole = bytes();
+  std::size_t chunk = 0;
+  for (const auto& [op, at] : records_of(whole)) {
+    if (op == McapOp::kDataEnd) break;
+    chunk += op == McapOp::kChunk ? 1 : 0;
+    if (op != McapOp::kChunk && op != McapOp::kMessageIndex && op != McapOp::kMetadata) continue;
+    // A little shorter, a little longer, over the next chunk, beyond the end of the file, and absurd.
+    for (const std::uint64_t length : {3ULL, 70ULL, 300ULL, 1ULL << 20, ~0ULL}) {
+      SCOPED_TRACE(testing::Message() << "record " << static_cast<int>(op) << " at " << at << ", " << length);
+      std::string broken = whole;
+      std::memcpy(broken.data() + at + 1, &length, sizeof length);
+      const Seen seen = read_bytes(broken);
+      auto expected = three_chunks_;
+      if (op == McapOp::kChunk) {
+        const auto first = expected.begin() + 2 * (static_cast<std::ptrdiff_t>(chunk) - 1);
+        expected.erase(first, first + 2);
+      }
+      EXPECT_EQ(seen.messages, expected);
+      EXPECT_TRUE(seen.whole);
+      EXPECT_EQ(seen.metadata.size(), op == McapOp::kMetadata ? 0u : 1u);
+      ASSERT_EQ(seen.damages.size(), 1u);
+      EXPECT_EQ(seen.damages[0].offset, at);
+      EXPECT_NE(seen.damages[0].problem.find("read on at byte"), std::string::npos) << seen.damages[0].problem;
+    }
+  }
+  EXPECT_EQ(chunk, 3u);
 }
 
 TEST_F(Mcap, NeverWritesOverAFile) {
