@@ -5,9 +5,10 @@
 #include <memory>
 
 #include "capture/errors.h"
-#include "replay/live/datagram_sender.h"
 #include "replay/live/pacer.h"
+#include "replay/live/send_target.h"
 #include "replay/progress_line.h"
+#include "replay/session/session_player.h"
 #include "replay/session/session_reader.h"
 
 namespace risorius {
@@ -15,8 +16,7 @@ namespace {
 
 volatile std::sig_atomic_t interrupted = 0;
 
-/// The chosen stream; checks that its packets can be sent to `target`.
-const StreamFacts& chosen_stream(const SessionReader& reader, const SessionReplay& replay, Transport transport) {
+const StreamFacts& chosen_stream(const SessionReader& reader, const SessionReplay& replay) {
   std::string names;
   for (const StreamFacts& stream : reader.streams()) names += (names.empty() ? "" : ", ") + stream.name;
   if (replay.stream.empty() && reader.streams().size() != 1)
@@ -24,12 +24,6 @@ const StreamFacts& chosen_stream(const SessionReader& reader, const SessionRepla
   const StreamFacts* stream = replay.stream.empty() ? &reader.streams().front() : reader.find_stream(replay.stream);
   if (stream == nullptr)
     throw UserError("--stream", "\"" + replay.stream + "\" is not in the file", "streams: " + names);
-  const bool is_native = stream->protocol == "udp" || stream->protocol == "zmq+tcp";
-  const bool is_sent_as_is = stream->protocol == "livelink" && transport == Transport::kUdp;
-  if (!is_native && !is_sent_as_is) {
-    throw UserError(replay.path, "stream " + stream->name + " came over " + stream->protocol,
-                    "a recorded conversation with a tracker cannot be had again; `risorius verify` solves its Ticks");
-  }
   return *stream;
 }
 
@@ -42,34 +36,42 @@ void replay_session(const SessionReplay& replay) {
   SessionReader reader(replay.path);
   bool more = reader.next();
   reader.require_session();
-  const StreamFacts stream = chosen_stream(reader, replay, target.transport);
+  const StreamFacts stream = chosen_stream(reader, replay);
   for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int) { interrupted = 1; });
 
-  DatagramSender sender(target, {.curve = replay.curve});
+  const auto player = make_session_player(stream, target, replay.curve);
+  if (!replay.quiet && player->topic() == SessionTopic::kTicks)
+    fmt::print(stderr, "stream {} came over {}: its frames are sent, as the native protocol\n", stream.name,
+               stream.protocol);
   Pacer pacer({.speed = replay.speed, .frame_cap_hz = default_frame_cap_hz(target.transport)});
   std::unique_ptr<ProgressLine> progress;
-  if (!replay.quiet) progress = std::make_unique<ProgressLine>("replay", "datagrams");
-  std::uint64_t done = 0, errors = 0, not_sent = 0;
+  if (!replay.quiet) progress = std::make_unique<ProgressLine>("replay", player->unit());
+  const SessionPlayer::Counts& counts = player->counts();
   for (; more && interrupted == 0; more = reader.next()) {
-    if (reader.topic() != SessionTopic::kRaw || reader.stream() != stream.name) continue;
+    if (reader.topic() != player->topic() || reader.stream() != stream.name) continue;
     // The file's time of a datagram is that of its receive call.
     while (interrupted == 0 && !pacer.wait(reader.message().log_time_ns)) {
     }
     if (interrupted != 0) break;
-    not_sent += sender.send(reader.message().data, errors) ? 0 : 1;
-    ++done;
-    if (progress) progress->show(done, 0);
+    player->send(reader.message().data);
+    if (progress) progress->show(counts.sent, 0);
   }
-  if (progress) progress->finish(done);
+  player->finish();
+  if (progress) progress->finish(counts.sent);
+  const std::uint64_t done = counts.sent + counts.not_sent;
   if (done == 0 && interrupted == 0)
-    throw UserError(replay.path, "has no datagrams of stream " + stream.name, "risorius info says what it has");
+    throw UserError(replay.path, fmt::format("has no {} of stream {}", player->unit(), stream.name),
+                    "risorius info says what it has");
   if (!replay.quiet) {
-    fmt::print(stderr, "sent {} datagrams; not sent {}, send errors {}; late by more than 1 ms: {}, latest {:.2f} ms\n",
-               done - not_sent, not_sent, errors, pacer.statistics().late_frames,
+    fmt::print(stderr, "sent {} {}; not sent {}, send errors {}; late by more than 1 ms: {}, latest {:.2f} ms\n",
+               counts.sent, player->unit(), counts.not_sent, counts.send_errors, pacer.statistics().late_frames,
                static_cast<double>(pacer.statistics().max_lateness_ns) * 1e-6);
+    if (counts.left_out > 0)
+      fmt::print(stderr, "left out: {} neutrals and starts and stops of the tracker's recording; ask for them anew\n",
+                 counts.left_out);
   }
-  if (2 * errors > done) {
-    throw UserError(replay.target, fmt::format("{} datagrams were refused: nobody listens there", errors),
+  if (2 * counts.send_errors > done) {
+    throw UserError(replay.target, fmt::format("{} datagrams were refused: nobody listens there", counts.send_errors),
                     "start the receiver first");
   }
 }

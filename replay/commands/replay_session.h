@@ -1,5 +1,5 @@
-// risorius replay FILE.mcap: the recorded datagrams of a stream once more, as they came: same bytes, same order, same
-// moments, so loss and jitter are those of the session.
+// risorius replay FILE.mcap: a recorded stream once more, as it came (replay/session/session_player.h): same order,
+// same moments, so loss and jitter are those of the session.
 #pragma once
 
 #include <optional>

@@ -119,5 +119,43 @@ TEST(TrackerStreaming, TakesServersThatStartOverAndSpeakAnOlderVersion) {
   }
 }
 
+/// What came from a tracker, recorded as a session, and replayed to another daemon, which takes the native protocol.
+TEST(TrackerStreaming, ASessionIsReplayedAsItsFrames) {
+  TemporaryFolder folder, second;
+  const Performed performed(folder.path(), "take", 120, 1, 8);
+  Serving vicon("vicon", performed.take), qtm("qtm", performed.take), natnet("natnet", performed.take);
+  const auto file = folder.path() / "session.mcap";
+  RunningDaemon daemon(folder.path(),
+                       source("vicon", vicon.url) + source("qtm", qtm.url) + source("natnet", natnet.url),
+                       "session = \"" + file.string() + "\"\n" + kQueues);
+  ASSERT_TRUE(daemon.up()) << daemon.process().output();
+  for (Serving* serving : {&vicon, &qtm, &natnet}) EXPECT_EQ(serving->process->finish().exit_code, 0);
+  const std::uint64_t frames = performed.frames;
+  wait_for(daemon, {{"vicon", frames}, {"qtm", frames}, {"natnet", frames}});
+  ASSERT_EQ(daemon.end().exit_code, 0);
+
+  RunningDaemon again(second.path(),
+                      source("vicon", "udp://127.0.0.1:0") + source("qtm", "zmq+tcp://127.0.0.1:0") +
+                          source("natnet", "udp://127.0.0.1:0"),
+                      kQueues);
+  ASSERT_TRUE(again.up()) << again.process().output();
+  for (const char* name : {"vicon", "qtm", "natnet"}) {
+    SCOPED_TRACE(name);
+    const auto sent = run({program("risorius").string(), "replay", file.string(), "--stream", name, "--to",
+                           again.input(name), "--speed", "2"});
+    EXPECT_EQ(sent.exit_code, 0) << sent.output;
+    EXPECT_NE(sent.output.find("its frames are sent"), std::string::npos) << sent.output;
+    EXPECT_NE(sent.output.find("sent " + std::to_string(frames) + " frames; not sent 0"), std::string::npos)
+        << sent.output;
+  }
+  const auto streams = wait_for(again, {{"vicon", frames}, {"qtm", frames}, {"natnet", frames}});
+  for (const char* name : {"vicon", "qtm", "natnet"}) expect_nothing_lost(streams.at(name), frames);
+  ASSERT_EQ(again.end().exit_code, 0);
+  for (const std::string name : {"vicon", "qtm", "natnet"}) {
+    SCOPED_TRACE(name);
+    expect_equal_takes(again.dataset() / (name + "-001"), daemon.dataset() / (name + "-001"));
+  }
+}
+
 }  // namespace
 }  // namespace risorius::test
