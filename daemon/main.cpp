@@ -12,6 +12,7 @@
 #include "daemon/service.h"
 #include "daemon/status.h"
 #include "daemon/terminal.h"
+#include "daemon/time_slice.h"
 
 int main(int argc, char** argv) {
   CLI::App app(
@@ -39,6 +40,7 @@ int main(int argc, char** argv) {
       fmt::print("{}", risorius::print_config(config));
       return 0;
     }
+    risorius::ask_for_short_slices();
     risorius::Service service(config);
     // Beside what the status says: somebody may be looking at this terminal alone.
     service.on_notice([&log](const std::string& line) { log.say(line + "\n"); });

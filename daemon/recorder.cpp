@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/errors.h"
+#include "daemon/time_slice.h"
 #include "replay/dataset/dataset_folder.h"
 
 namespace risorius {
@@ -34,6 +35,7 @@ void Recorder::note_problem(const std::string& what) noexcept {
 }
 
 void Recorder::run() noexcept {
+  ask_for_usual_slices();
   while (true) {
     const bool last_round = stopping_;
     while (const OutputItem* item = results_.front()) {

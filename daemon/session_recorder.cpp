@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/monotonic_clock.h"
+#include "daemon/time_slice.h"
 #include "replay/session/tick_codec.h"
 
 namespace risorius {
@@ -93,6 +94,7 @@ void SessionRecorder::published(SessionTopic topic, std::uint32_t stream_id, std
 }
 
 void SessionRecorder::run() noexcept {
+  ask_for_usual_slices();
   while (true) {
     std::unique_lock lock(mutex_);
     ended_.wait_for(lock, kLook, [this] { return stopping_; });

@@ -4,6 +4,7 @@
 
 #include "capture/errors.h"
 #include "capture/monotonic_clock.h"
+#include "daemon/time_slice.h"
 #include "generate/transition_models.h"
 
 namespace risorius {
@@ -78,6 +79,7 @@ void ShownStreams::go_to(std::uint32_t stream_id, const LiveTarget& target) {
   state.is_preparing = true;
   state.targets.add();
   state.preparing = std::jthread([&state, request = std::move(request), target, began_ns] {
+    ask_for_usual_slices();
     AuMatrix course;
     try {
       state.model->generate(request, course);
