@@ -34,7 +34,7 @@ inline constexpr std::array kContinuationKinds{
     ContinuationKindEntry{"learned", ContinuationKind::kLearned}};
 
 struct ContinuationModelOptions {
-  ContinuationKind kind = ContinuationKind::kDampedVelocity;
+  ContinuationKind kind = ContinuationKind::kLearned;
   DampedVelocityOptions damped_velocity;
 };
 

@@ -74,7 +74,7 @@ void visit_solve(V& v, O& o) {
 template <class V, class O, class M>
 void visit_continuation(V& v, O& o, M& m) {
   v.choice("model", m.kind, std::span<const Choice<ContinuationKind>>(kContinuationChoices),
-           "how the face goes on; all but damped_velocity are plain baselines");
+           "how the face goes on; learned: a small network; the others are plain baselines");
   v.number("max_rate_hz", o.max_rate_hz, 1, 1000, "predictions per second of capture time");
   auto& d = m.damped_velocity;
   v.number("window_ms", d.window_ms, 1, 1000, "damped_velocity: the last frames that give the velocity");
