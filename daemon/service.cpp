@@ -43,9 +43,17 @@ nlohmann::json shapes_json(const PipelineStream& stream, const PipelineStream::A
           {"neutral", neutral}};
 }
 
+/// Throws UserError naming the source and the key, for a file does not say who asked for it.
 Rig rig_of_source(const SourceConfig& source) {
-  Rig rig = rig_of_argument(source.rig);
-  return source.neutral.empty() ? rig : with_neutral_of_argument(rig, source.neutral).rig;
+  const char* key = "rig";
+  try {
+    Rig rig = rig_of_argument(source.rig);
+    if (source.neutral.empty()) return rig;
+    key = "neutral";
+    return with_neutral_of_argument(rig, source.neutral).rig;
+  } catch (const UserError& error) {
+    throw UserError(fmt::format("[[source]] \"{}\" {}: {}", source.name, key, error.what()));
+  }
 }
 
 Recorder::Options recorder_options(const Config& config, const std::deque<PipelineStream>& streams) {

@@ -1,7 +1,11 @@
 #include "replay/commands/clean_arguments.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include "capture/errors.h"
 #include "replay/commands/number_check.h"
 #include "replay/commands/rig_argument.h"
 #include "replay/progress_line.h"
@@ -45,6 +49,11 @@ CleanedTake CleanArguments::run(MarkerSet& set) {
   set = reader->info().markers;
   set.mm_per_unit = 1;
   set.axes = Axes{};
+  for (const std::string& name : needed_markers) {
+    if (std::ranges::find(set.names, name) == set.names.end())
+      throw UserError(take, fmt::format("has no marker \"{}\"", name),
+                      fmt::format("there are: {}", fmt::join(set.names, ", ")));
+  }
   ProgressLine progress("repair", "%");
   CleanedTake cleaned = clean_take(*reader, options, [&](double share) {
     progress.show(static_cast<std::uint64_t>(kProgressSteps * share), static_cast<std::uint64_t>(kProgressSteps));

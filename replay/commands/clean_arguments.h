@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "replay/commands/take_arguments.h"
 #include "replay/pipeline/clean_take.h"
@@ -11,6 +12,7 @@ namespace risorius {
 struct CleanArguments {
   std::string take, rig;
   double max_gap_s = 0;
+  std::vector<std::string> needed_markers;  ///< asked for before anything is repaired
   CleanOptions options;
   TakeArguments take_arguments;
 

@@ -194,7 +194,9 @@ const char* remedy_of(SolverStatus status) {
     case SolverStatus::kPoorFit:
       return "is this the take's rig; are --units and --axes right?";
     case SolverStatus::kTooFewMarkers:
-      return "fewer than 3 markers or stabilisers were seen, or the stabilisers disagree: are two labels swapped?";
+      return "fewer than 3 markers or stabilisers were seen: has the take positions? Or the stabilisers disagree: are "
+             "two "
+             "labels swapped?";
     default:
       return "see column solver of quality.csv";
   }

@@ -14,7 +14,6 @@ namespace {
 
 struct PlotCommand {
   CleanArguments clean;
-  std::vector<std::string> markers;
   std::string output;
 };
 
@@ -23,7 +22,7 @@ void plot_repair(PlotCommand& command) {
   MarkerSet set;
   const CleanedTake cleaned = command.clean.run(set);
   if (cleaned.after.empty()) throw UserError(command.clean.take, "has no frames", "choose another stretch");
-  repair_picture(cleaned.before, cleaned.after, set, command.markers).save_png(command.output);
+  repair_picture(cleaned.before, cleaned.after, set, command.clean.needed_markers).save_png(command.output);
   fmt::print("written: {}\n", command.output);
 }
 
@@ -35,7 +34,8 @@ void add_plot_command(CLI::App& app) {
   CLI::App* repair = plot->add_subcommand("repair", "tracks of markers before and after repair, with 90 % bands");
   auto arguments = std::make_shared<PlotCommand>();
   arguments->clean.add_to(*repair);
-  repair->add_option("--marker", arguments->markers, "names of markers, one row of the picture each")->required();
+  repair->add_option("--marker", arguments->clean.needed_markers, "names of markers, one row of the picture each")
+      ->required();
   repair->add_option("-o,--output", arguments->output, "picture to write (.png)")->required();
   repair->callback([arguments] { plot_repair(*arguments); });
 }

@@ -17,12 +17,15 @@ constexpr std::size_t kMostWindows = 600;
 constexpr std::size_t kFramesPerWindow = 12;
 constexpr double kLeastShare = 0.7;  // of the markers must be seen in a window that is compared
 constexpr int kMirrorSteps = 15;
+/// On the score, for each marker that the take has and the window never sees: a neutral without it cannot place it.
+constexpr double kUnseenMarkerFactor = 0.5;
 
 /// The mean face of a window, on the first frame's head; weight 0: not seen throughout.
 struct Window {
   std::size_t first = 0, last = 0;
   Points shape;
   std::vector<double> weight;
+  std::vector<char> seen_once;
   double motion_mm = 0, asymmetry_mm = 0, frequency = 0, score = 0;
 };
 
@@ -62,11 +65,15 @@ std::optional<Window> window_of(const std::vector<MarkerFrame>& frames, std::siz
     if (laid.empty()) {
       window.shape = points;
       window.weight = seen;
+      window.seen_once.assign(seen.size(), 0);
     } else {
       const RigidAlignment onto = align_rigid(points, laid.front(), both(seen, window.weight));
       if (!onto.determined) return std::nullopt;
       for (Eigen::Vector3d& p : points) p = onto.to_from * p;
       window.weight = both(window.weight, seen);
+    }
+    for (std::size_t m = 0; m < seen.size(); ++m) {
+      if (seen[m] > 0) window.seen_once[m] = 1;
     }
     laid.push_back(points);
   }
@@ -125,6 +132,13 @@ double asymmetry_mm(const Window& face, const std::vector<std::size_t>& partner)
   return onto.determined ? onto.rms : std::numeric_limits<double>::infinity();
 }
 
+/// Of the markers that other windows see.
+std::size_t unseen_markers(const Window& window, const std::vector<char>& seen_somewhere) {
+  std::size_t unseen = 0;
+  for (std::size_t m = 0; m < seen_somewhere.size(); ++m) unseen += seen_somewhere[m] > window.seen_once[m] ? 1 : 0;
+  return unseen;
+}
+
 void score(std::vector<Window>& windows, const NeutralSearchOptions& options) {
   for (Window& window : windows) {
     double alike = 0;
@@ -134,11 +148,18 @@ void score(std::vector<Window>& windows, const NeutralSearchOptions& options) {
   const auto usual = std::ranges::max_element(windows, {}, &Window::frequency);
   const std::vector<std::size_t> partner = mirror_partners(*usual);
   for (Window& window : windows) window.asymmetry_mm = asymmetry_mm(window, partner);
+  std::vector<char> seen_somewhere(windows.front().seen_once.size(), 0);
+  for (const Window& window : windows) {
+    for (std::size_t m = 0; m < seen_somewhere.size(); ++m) {
+      if (window.seen_once[m] != 0) seen_somewhere[m] = 1;
+    }
+  }
   const double least_mm = std::ranges::min_element(windows, {}, &Window::asymmetry_mm)->asymmetry_mm;
   for (Window& window : windows) {
     window.asymmetry_mm -= least_mm;
     window.score = window.frequency / usual->frequency * std::exp(-window.motion_mm / options.still_mm) *
-                   std::exp(-window.asymmetry_mm / options.symmetric_mm);
+                   std::exp(-window.asymmetry_mm / options.symmetric_mm) *
+                   std::pow(kUnseenMarkerFactor, static_cast<double>(unseen_markers(window, seen_somewhere)));
   }
 }
 

@@ -54,6 +54,24 @@ TEST(NeutralCandidates, TheBestIsWhereThePerformersFaceIsAtRest) {
   EXPECT_GT(*std::ranges::max_element(take.largest), 0.6);
 }
 
+TEST(NeutralCandidates, AStretchThatNeverSeesAMarkerComesAfterOneThatSeesAll) {
+  Performed take = perform(ScriptKind::kRom, 40);
+  const auto all_seen = neutral_candidates(take.frames);
+  ASSERT_GE(all_seen.size(), 2u);
+  for (auto t = all_seen[0].first; t <= all_seen[0].last; ++t) take.frames[t].state[7] = MarkerState::kMissing;
+  const auto found = neutral_candidates(take.frames);
+  ASSERT_FALSE(found.empty());
+  const auto is_seen = [&](std::uint64_t t) { return take.frames[t].state[7] == MarkerState::kMeasured; };
+  bool seen = false;
+  for (auto t = found[0].first; t <= found[0].last; ++t) seen |= is_seen(t);
+  EXPECT_TRUE(seen);
+  // One that is never seen anywhere decides nothing.
+  for (MarkerFrame& frame : take.frames) frame.state[7] = MarkerState::kMissing;
+  const auto without = neutral_candidates(take.frames);
+  ASSERT_FALSE(without.empty());
+  EXPECT_GT(without[0].score, 0.5 * all_seen[0].score);
+}
+
 TEST(NeutralCandidates, AreOrderedAndDoNotOverlap) {
   const Performed take = perform(ScriptKind::kRom, 30);
   const auto found = neutral_candidates(take.frames);
