@@ -222,8 +222,13 @@ int measure() {
   report.add("while recording: excess p99, median over blocks",
              median_excess_us(through_recording, through_echo, &Way::block_p99_us) * 1e-3);
   report.add("frames unanswered", static_cast<double>(through_daemon.unanswered));
-  report.add("inside the daemon, receive to publish, p50",
-             status.at("latency_us").at("received_to_published").at("p50").get<double>() * 1e-3);
+  const auto inside = [&status](const char* way) {
+    return status.at("latency_us").at(way).at("p50").get<double>() * 1e-3;
+  };
+  report.add("inside the daemon, receive to publish, p50", inside("received_to_published"));
+  report.add("inside the daemon, receive to cleaned, p50", inside("received_to_cleaned"));
+  report.add("inside the daemon, cleaned to solved, p50", inside("cleaned_to_solved"));
+  report.add("inside the daemon, solved to publish, p50", inside("solved_to_published"));
   daemon.end();
   recording.end();
   return report.finish();

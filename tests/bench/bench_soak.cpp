@@ -26,6 +26,8 @@ namespace {
 constexpr double kRateHz = 120;
 constexpr std::size_t kMarkers = 100;
 constexpr double kIntervalSeconds = 5;
+/// The stalled client has everything that is on its way to it after so long a silence.
+constexpr int kDrainedMs = 2000;
 /// Until the stalled client's buffers are full and every allocator has seen all that it will: a fifth of the run.
 constexpr double kWarmUpShare = 0.2;
 
@@ -84,11 +86,19 @@ void draw(const std::vector<Sample>& samples, double warm_up_minutes, const Line
   canvas.save_png(std::filesystem::path(RISORIUS_SOURCE_DIR) / "build/bench/soak.png");
 }
 
-int measure(double minutes) {
-  test::OwnDaemon daemon(test::source_table("face"));
+/// Messages of topic au that still come to a client that has read nothing until now.
+std::uint64_t drain(zmq::socket_t& client) {
+  client.set(zmq::sockopt::rcvtimeo, kDrainedMs);
+  std::uint64_t messages = 0;
+  for (zmq::message_t part; client.recv(part);) messages += !part.more() ? 0 : part.to_string_view() == "au" ? 1 : 0;
+  return messages;
+}
+
+int measure(double minutes, bool record) {
+  test::OwnDaemon daemon(test::source_table("face"), record);
   zmq::context_t context;
   zmq::socket_t stalled(context, zmq::socket_type::sub);
-  stalled.set(zmq::sockopt::subscribe, "");
+  for (const char* topic : {"au", "markers", "continuation", "shown"}) stalled.set(zmq::sockopt::subscribe, topic);
   stalled.set(zmq::sockopt::rcvhwm, 1);
   stalled.connect(daemon.running.publish());
 
@@ -125,6 +135,7 @@ int measure(double minutes) {
   const double first = test::quantile({p99_ms.begin(), p99_ms.begin() + third}, 0.5);
   const double last = test::quantile({p99_ms.end() - third, p99_ms.end()}, 0.5);
   const auto face = daemon.stream("face");
+  const std::uint64_t taken = drain(stalled);
 
   BenchReport report("soak");
   report.add("memory, slope after warm-up", line.slope);
@@ -135,6 +146,8 @@ int measure(double minutes) {
   report.add("frames unanswered within 100 ms", static_cast<double>(unanswered));
   report.add("p99, median over intervals", test::quantile(p99_ms, 0.5));
   report.add("p99, last third / first third", last / first);
+  // It did stall: what the daemon could not hand over was dropped for it, and for nobody else.
+  report.add("stalled client: AU messages that it missed", static_cast<double>(loop.sent() - taken));
   report.add("measured", samples.back().minutes);
   draw(samples, warm_up_minutes, line);
   daemon.running.end();
@@ -148,9 +161,11 @@ int main(int argc, char** argv) {
   CLI::App app("Streams for long, and watches the daemon's memory, descriptors and latency.");
   double minutes = 10;
   app.add_option("--minutes", minutes, "how long; days are 1440 each")->check(CLI::Range(1.0, 100'000.0));
+  bool record = false;
+  app.add_flag("--record", record, "with a recording of the session, about 2 GB an hour");
   CLI11_PARSE(app, argc, argv);
   try {
-    return risorius::bench::measure(minutes);
+    return risorius::bench::measure(minutes, record);
   } catch (const std::exception& error) {
     fmt::print(stderr, "bench soak: {}\n", error.what());
     return 2;

@@ -20,7 +20,10 @@ inline std::string source_table(const std::string& name) {
 
 /// Throws std::runtime_error if it does not come up.
 struct OwnDaemon {
-  explicit OwnDaemon(const std::string& sources) : running(folder.path(), sources, "", Recording::kOff) {
+  /// `record`: a session file.
+  explicit OwnDaemon(const std::string& sources, bool record = false)
+      : running(folder.path(), sources,
+                record ? "session = \"" + (folder.path() / "session.mcap").string() + "\"\n" : "", Recording::kOff) {
     if (!running.up()) throw std::runtime_error("risoriusd did not start: " + running.process().output());
   }
   nlohmann::json stream(const std::string& name) const { return running.status().at("streams").at(name); }

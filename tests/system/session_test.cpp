@@ -2,7 +2,10 @@
 // of MCAP.
 #include <cstdlib>
 #include <fstream>
+#include <functional>
 #include <gtest/gtest.h>
+#include <sched.h>
+#include <sys/mount.h>
 #include <sys/resource.h>
 
 #include "replay/mcap/mcap_reader.h"
@@ -79,17 +82,14 @@ TEST(Session, ALiveNeutralIsSolvedAgainToo) {
   EXPECT_EQ(verified.exit_code, 0) << verified.output;
 }
 
-TEST(Session, AFullDiskCostsTheRecordingAndNotTheStream) {
+/// A session into `file`, with a disk that is full in the middle of it.
+void record_with_a_full_disk(const std::filesystem::path& file, const std::function<void(RunningDaemon&)>& fill,
+                             const std::function<void(RunningDaemon&)>& make_room) {
   TemporaryFolder folder;
-  const auto file = folder.path() / "full.mcap";
   RunningDaemon daemon(folder.path(), kFace, session_key(file), Recording::kOff);
   ASSERT_TRUE(daemon.up()) << daemon.process().output();
   stream(daemon, "builtin:2", 240, "1");
-  // A limit to the size of its files stands for the disk's.
-  rlimit before{};
-  ASSERT_EQ(prlimit(daemon.process().id(), RLIMIT_FSIZE, nullptr, &before), 0);
-  const rlimit tight{static_cast<rlim_t>(std::filesystem::file_size(file)) + 1000, before.rlim_max};
-  ASSERT_EQ(prlimit(daemon.process().id(), RLIMIT_FSIZE, &tight, nullptr), 0);
+  fill(daemon);
   stream(daemon, "builtin:2", 480, "1");
   const auto full = daemon.status();
   expect_nothing_lost(full.at("streams").at("face"), 480);
@@ -105,7 +105,7 @@ TEST(Session, AFullDiskCostsTheRecordingAndNotTheStream) {
   EXPECT_EQ(verified.exit_code, 0) << verified.output;
 
   // Room again: the file goes on, and its own report says what is missing.
-  ASSERT_EQ(prlimit(daemon.process().id(), RLIMIT_FSIZE, &before, nullptr), 0);
+  make_room(daemon);
   stream(daemon, "builtin:1", 600, "1");
   const auto ended = daemon.end();
   EXPECT_EQ(ended.exit_code, 1) << "a recording with a problem is no success";
@@ -115,6 +115,55 @@ TEST(Session, AFullDiskCostsTheRecordingAndNotTheStream) {
   EXPECT_NE(info.output.find("first_error"), std::string::npos) << info.output;
   EXPECT_EQ(info.output.find("not_written /face/ticks 0"), std::string::npos) << info.output;
   EXPECT_NE(info.output.find("of /face/ticks between"), std::string::npos) << info.output;
+}
+
+TEST(Session, AFullDiskCostsTheRecordingAndNotTheStream) {
+  // A limit to the size of its files stands for the disk's.
+  TemporaryFolder folder;
+  const auto file = folder.path() / "full.mcap";
+  rlimit before{};
+  const auto fill = [&](RunningDaemon& daemon) {
+    ASSERT_EQ(prlimit(daemon.process().id(), RLIMIT_FSIZE, nullptr, &before), 0);
+    const rlimit tight{static_cast<rlim_t>(std::filesystem::file_size(file)) + 1000, before.rlim_max};
+    ASSERT_EQ(prlimit(daemon.process().id(), RLIMIT_FSIZE, &tight, nullptr), 0);
+  };
+  record_with_a_full_disk(file, fill, [&](RunningDaemon& daemon) {
+    ASSERT_EQ(prlimit(daemon.process().id(), RLIMIT_FSIZE, &before, nullptr), 0);
+  });
+}
+
+/// A file system in memory, which only this process and its children see.
+class SmallDisk {
+ public:
+  explicit SmallDisk(const char* size) {
+    if (unshare(CLONE_NEWNS) != 0) return;
+    mount(nullptr, "/", nullptr, MS_REC | MS_PRIVATE, nullptr);
+    mounted_ = mount("none", folder_.path().c_str(), "tmpfs", 0, (std::string("size=") + size).c_str()) == 0;
+  }
+  ~SmallDisk() {
+    if (mounted_) umount2(folder_.path().c_str(), MNT_DETACH);
+  }
+  bool is_mounted() const { return mounted_; }
+  std::filesystem::path path() const { return folder_.path(); }
+  /// Nothing is left of it.
+  void fill() const {
+    std::ofstream filler(path() / "filler", std::ios::binary);
+    const std::string page(4096, 'x');
+    while (filler.write(page.data(), static_cast<std::streamsize>(page.size())).flush()) {
+    }
+  }
+  void make_room() const { std::filesystem::remove(path() / "filler"); }
+
+ private:
+  TemporaryFolder folder_;
+  bool mounted_ = false;
+};
+
+TEST(Session, AFullFileSystemDoesTheSame) {
+  const SmallDisk disk("32m");
+  if (!disk.is_mounted()) GTEST_SKIP() << "must be allowed to mount";
+  record_with_a_full_disk(
+      disk.path() / "full.mcap", [&](RunningDaemon&) { disk.fill(); }, [&](RunningDaemon&) { disk.make_room(); });
 }
 
 TEST(Session, AFileThatIsThereIsNotWrittenOver) {
