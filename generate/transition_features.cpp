@@ -4,31 +4,30 @@
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
 #include <stdexcept>
 
 namespace risorius {
 namespace {
 
 constexpr double kPastStepS = 0.02;
-constexpr double kParabolaS = 0.05;  ///< of the past, through which velocity and acceleration are taken
+/// Of the past, through which velocity and acceleration are taken; the longest last.
+constexpr std::array kParabolasS{0.0167, 0.025, 0.05};
+constexpr double kAheadS = 1.0 / 120;  ///< how far they are asked to tell
 constexpr Eigen::Index kMostParabolaFrames = 32;
 constexpr float kFadeS = 0.25F;            ///< tau
 constexpr float kMostVelocity = 12;        ///< per second; beyond, it is a defect
 constexpr float kMostAccelerated = 0.05F;  ///< what the acceleration may add until tau
 constexpr float kShareOfLargest = 0.2F, kLeastScale = 0.02F;
 
-/// Velocity and acceleration at the last of `count` evenly spaced values by the parabola nearest to them, `dt` apart.
 struct Motion {
-  float velocity = 0, acceleration = 0;
+  double velocity = 0, acceleration = 0;
 };
-Motion motion_at_end(const TransitionRequest& request, Eigen::Index column) {
-  const Eigen::Index rows = request.past.rows();
+
+/// Velocity and acceleration at `last` by the parabola through its value that is nearest to the `count` - 1 before it.
+Motion parabola_at(const TransitionRequest& request, Eigen::Index column, Eigen::Index last, Eigen::Index count) {
   const double dt = 1 / request.rate_hz;
-  const auto wanted = std::clamp<Eigen::Index>(std::llround(kParabolaS / dt) + 1, 2, kMostParabolaFrames);
-  const Eigen::Index count = std::min(rows, wanted);
-  if (count < 2) return {};
-  const auto value = [&](Eigen::Index back) { return static_cast<double>(request.past(rows - 1 - back, column)); };
-  if (count == 2) return {static_cast<float>((value(0) - value(1)) / dt), 0};
+  const auto value = [&](Eigen::Index back) { return static_cast<double>(request.past(last - back, column)); };
   // x(-t) - x(0) = -v t + a t^2 / 2, the last value kept exactly, so that nothing leaps there.
   double tt = 0, ttt = 0, tttt = 0, xt = 0, xtt = 0;
   for (Eigen::Index back = 1; back < count; ++back) {
@@ -40,9 +39,38 @@ Motion motion_at_end(const TransitionRequest& request, Eigen::Index column) {
     xtt += x * t * t;
   }
   const double determinant = tt * tttt - ttt * ttt;
-  if (!(determinant > 1e-12 * tt * tttt)) return {static_cast<float>(-xt / tt), 0};
-  return {static_cast<float>(-(xt * tttt - xtt * ttt) / determinant),
-          static_cast<float>(2 * (xtt * tt - xt * ttt) / determinant)};
+  if (count == 2 || !(determinant > 1e-12 * tt * tttt)) return {-xt / tt, 0};
+  return {-(xt * tttt - xtt * ttt) / determinant, 2 * (xtt * tt - xt * ttt) / determinant};
+}
+
+/// By the window that would have told the frames of this past best, each from those before it: short where the past is
+/// smooth, long where it is noisy.
+Motion motion_at_end(const TransitionRequest& request, Eigen::Index column) {
+  const Eigen::Index rows = request.past.rows();
+  if (rows < 2) return {};
+  const auto frames_in = [&](double seconds) {
+    const auto wanted = std::clamp<Eigen::Index>(std::llround(seconds * request.rate_hz) + 1, 3, kMostParabolaFrames);
+    return std::min(rows, wanted);
+  };
+  const Eigen::Index longest = frames_in(kParabolasS.back());
+  const auto ahead = std::max<Eigen::Index>(1, std::llround(kAheadS * request.rate_hz));
+  const double ahead_s = static_cast<double>(ahead) / request.rate_hz;
+  Eigen::Index best = longest;
+  double least = std::numeric_limits<double>::infinity();
+  for (const double seconds : kParabolasS) {
+    const Eigen::Index count = frames_in(seconds);
+    double squares = 0;
+    for (Eigen::Index last = longest - 1; last + ahead < rows; ++last) {
+      const Motion motion = parabola_at(request, column, last, count);
+      const double told = request.past(last, column) + ahead_s * (motion.velocity + ahead_s / 2 * motion.acceleration);
+      const double error = told - request.past(last + ahead, column);
+      squares += error * error;
+    }
+    if (squares > least) continue;
+    least = squares;
+    best = count;
+  }
+  return parabola_at(request, column, rows - 1, best);
 }
 
 /// 1 to 0 with two zero derivatives at both ends.
@@ -110,8 +138,8 @@ void TransitionFeatureMaker::make(const TransitionRequest& request, TransitionFe
   for (Eigen::Index k = 0; k < width; ++k) {
     const Motion motion = motion_at_end(request, k);
     const float most = 2 * kMostAccelerated / (tau * tau);
-    features.velocity_per_s(k) = std::clamp(motion.velocity, -kMostVelocity, kMostVelocity);
-    features.acceleration_per_s2(k) = std::clamp(motion.acceleration, -most, most);
+    features.velocity_per_s(k) = std::clamp(static_cast<float>(motion.velocity), -kMostVelocity, kMostVelocity);
+    features.acceleration_per_s2(k) = std::clamp(static_cast<float>(motion.acceleration), -most, most);
   }
   const Eigen::VectorXf ways = features.change.cwiseAbs();
   const float largest = ways.maxCoeff(), mean = ways.mean();
