@@ -21,7 +21,7 @@ constexpr std::size_t kLongestSourceName = 100;
 const std::string& shown_models() {
   static const std::string text = [] {
     std::string names = "the way to a live target: ";
-    for (const std::string_view name : transition_model_names())
+    for (const std::string_view name : kTransitionModelNames)
       names += fmt::format("{}\"{}\"", names.ends_with(' ') ? "" : ", ", name);
     return names;
   }();
@@ -258,7 +258,7 @@ Config config_of(const toml::table& table, const std::string& place) {
   }
   root.table("queues", [&](auto& v) { visit_queues(v, config.queues); });
   root.table("shown", [&](auto& v) { visit_shown(v, config.shown); });
-  const auto models = transition_model_names();
+  const auto models = kTransitionModelNames;
   if (std::find(models.begin(), models.end(), config.shown.model) == models.end())
     problems.add("shown.model", "\"" + config.shown.model + "\" is not known", shown_models());
   StageConfig defaults;

@@ -68,7 +68,7 @@ struct RecordConfig {
 struct ShownConfig {
   double rate_hz = 60;
   double bridge_s = 0.5, fade_s = 1, rejoin_s = 0.15;
-  std::string model{transition_model_names().front()};  ///< of the ways to live targets
+  std::string model{kTransitionModelNames.front()};  ///< of the ways to live targets
 };
 
 struct QueueConfig {

@@ -5,10 +5,6 @@
 
 namespace risorius {
 
-std::vector<std::string_view> transition_model_names() {
-  return {"expression_generator", "minimum_jerk", "hold", "linear", "cubic_hermite", "quintic"};
-}
-
 std::unique_ptr<TransitionModel> make_transition_model(std::string_view name,
                                                        const std::vector<std::string>& au_names) {
   if (name == "expression_generator") return shipped_expression_generator(au_names);

@@ -23,14 +23,14 @@ constexpr double kDecimals = 1e6;  // of what is written: a float tells no more
 
 struct TransitionArguments {
   std::string from, to, output, rig = "builtin";
-  std::string model{transition_model_names().front()};
+  std::string model{kTransitionModelNames.front()};
   std::int64_t frames = 120, variants = 1;
   double rate_hz = 120;
 };
 
 std::string model_names() {
   std::string names;
-  for (const std::string_view name : transition_model_names()) {
+  for (const std::string_view name : kTransitionModelNames) {
     if (!names.empty()) names += ", ";
     names += name;
   }

@@ -220,7 +220,7 @@ int bench(const std::vector<std::filesystem::path>& takes, bool is_standard) {
   const TransitionCases cases = transition_cases(takes, kTrainedTake);
   for (const Group& group : kGroups) fmt::print("{:<24} {:>4} transitions\n", group.name, count_of(cases, group));
   std::vector<ModelResult> results;
-  for (const std::string_view name : transition_model_names()) {
+  for (const std::string_view name : kTransitionModelNames) {
     const auto model = make_transition_model(name, cases.names);
     results.push_back({std::string(name), make_interpolation(name) != nullptr, make_all(cases, *model)});
   }

@@ -1,0 +1,17 @@
+# cmake -DMAP=linker's map -DSOURCES=list -P check_sources.cmake: fails if the linker took an object out of one of our
+# libraries whose source is not in the list.
+file(STRINGS "${MAP}" taken REGEX "^[^ ]*librisorius_(capture|solve|generate|replay|daemon)\\.a\\(")
+if(NOT taken)
+  message(FATAL_ERROR "${MAP} names none of our objects: has the linker another kind of map?")
+endif()
+set(missing)
+foreach(line IN LISTS taken)
+  string(REGEX REPLACE "^[^(]*\\(([^)]*)\\.o\\).*" "\\1" name "${line}")
+  if(NOT SOURCES MATCHES "(^|/|;)([a-z0-9_/]*/)?${name}(;|$)")
+    list(APPEND missing ${name})
+  endif()
+endforeach()
+list(REMOVE_DUPLICATES missing)
+if(missing)
+  message(FATAL_ERROR "`./run fuzz` would not link: add to the sources of tests/fuzz/CMakeLists.txt: ${missing}")
+endif()
