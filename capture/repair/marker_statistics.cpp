@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <ranges>
 
 #include "capture/errors.h"
 
@@ -49,6 +50,12 @@ MarkerStatistics::Marker MarkerStatistics::unseen_marker() noexcept {
 }
 
 void MarkerStatistics::remap(const std::vector<int>& old_index) {
+  // A source that starts again has the same markers: then nothing is allocated.
+  if (std::ranges::equal(old_index, std::views::iota(0, static_cast<int>(markers_.size())))) {
+    merged_mm_.setZero();
+    changes_until_afresh_ = 0;
+    return;
+  }
   std::vector<Marker> mapped(old_index.size(), unseen_marker());
   Loadings loadings = Loadings::Zero(kRank, static_cast<Eigen::Index>(3 * old_index.size()));
   for (std::size_t i = 0; i < old_index.size(); ++i) {

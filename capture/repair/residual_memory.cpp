@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <ranges>
 
 namespace risorius {
 namespace {
@@ -52,6 +53,8 @@ std::array<ResidualMemory::Moments, ResidualMemory::kLags> ResidualMemory::prior
 }
 
 void ResidualMemory::remap(const std::vector<int>& old_index) {
+  // A source that starts again has the same markers: then nothing is allocated.
+  if (std::ranges::equal(old_index, std::views::iota(0, static_cast<int>(markers_.size())))) return;
   std::vector<Marker> mapped(old_index.size());
   std::vector<Past> ring(kRing * old_index.size());
   for (std::size_t i = 0; i < old_index.size(); ++i) {
