@@ -1,58 +1,22 @@
 // The two layers that the generators are made of, for one vector at a time: a step of a network reads its weights once
 // and is bound by memory, so weights can be kept as bf16 and a step of an LSTM is one matrix-vector product.
 //
-// Weights lie column after column: y += W[:, j] x[j] runs over contiguous rows, eight columns at a time, and needs no
-// reordered sums, so a build without -ffast-math is fast and gives the same bits always. bf16 weights are widened as
-// they are read; sums are float.
-//
-//   column:  0           1                      eight columns of a block are added pairwise, then to y:
-//          [ w00 w10 .. | w01 w11 .. | ... ]    y += ((c0 + c1) + (c2 + c3)) + ((c4 + c5) + (c6 + c7))
+// generate/matrix_product.h has the product and how weights lie.
 #pragma once
 
 #include <Eigen/Core>
-#include <bit>
-#include <cstdint>
 #include <cstring>
 #include <span>
 #include <stdexcept>
 #include <vector>
 
+#include "generate/matrix_product.h"
 #include "generate/safetensors.h"
 
 namespace risorius {
 
-/// Upper half of a float.
-struct Bf16 {
-  std::uint16_t bits = 0;
-};
-
-inline float widened(float value) noexcept { return value; }
-inline float widened(Bf16 value) noexcept { return std::bit_cast<float>(static_cast<std::uint32_t>(value.bits) << 16); }
 inline void narrow(float value, float& to) noexcept { to = value; }
 inline void narrow(float value, Bf16& to) noexcept { to.bits = to_bf16(value); }
-
-/// y += W x. W: rows x columns, column after column.
-template <typename Weight>
-void add_product(const Weight* weights, std::size_t rows, std::span<const float> x, float* __restrict y) noexcept {
-  std::size_t j = 0;
-  for (; j + 8 <= x.size(); j += 8) {
-    const Weight* __restrict w = weights + j * rows;
-    const float a = x[j], b = x[j + 1], c = x[j + 2], d = x[j + 3], e = x[j + 4], f = x[j + 5], g = x[j + 6],
-                h = x[j + 7];
-    for (std::size_t i = 0; i < rows; ++i) {
-      const float first = (widened(w[i]) * a + widened(w[i + rows]) * b) +
-                          (widened(w[i + 2 * rows]) * c + widened(w[i + 3 * rows]) * d);
-      const float second = (widened(w[i + 4 * rows]) * e + widened(w[i + 5 * rows]) * f) +
-                           (widened(w[i + 6 * rows]) * g + widened(w[i + 7 * rows]) * h);
-      y[i] += first + second;
-    }
-  }
-  for (; j < x.size(); ++j) {
-    const Weight* __restrict w = weights + j * rows;
-    const float a = x[j];
-    for (std::size_t i = 0; i < rows; ++i) y[i] += widened(w[i]) * a;
-  }
-}
 
 /// Column after column out of rows x columns in row-major order, to `columns` from `first_column` on.
 template <typename Weight>

@@ -1,0 +1,28 @@
+// y += W x, the product that a network's step consists of, for float and bf16 weights.
+//
+// Weights lie column after column: the sum runs over contiguous rows, eight columns at a time, and needs no reordered
+// sums, so a build without -ffast-math is fast. Each row's sum is made in one order whatever the width of the machine's
+// vectors: the same bits on all of them, so the widest that this processor has can be chosen when the program runs.
+// bf16 weights are widened as they are read; sums are float.
+//
+//   column:  0           1                      eight columns of a block are added pairwise, then to y:
+//          [ w00 w10 .. | w01 w11 .. | ... ]    y += ((c0 + c1) + (c2 + c3)) + ((c4 + c5) + (c6 + c7))
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace risorius {
+
+/// Upper half of a float.
+struct Bf16 {
+  std::uint16_t bits = 0;
+};
+
+/// W: rows x columns, column after column; x: columns; y: rows, apart from x.
+void add_product(const float* weights, std::size_t rows, std::span<const float> x, float* y) noexcept;
+void add_product(const Bf16* weights, std::size_t rows, std::span<const float> x, float* y) noexcept;
+
+}  // namespace risorius
