@@ -2,7 +2,7 @@
 // The face as numbers: unpacked from the page's data, moved by intensities, its normals and hollows. No drawing, no
 // document. Millimetres; x to the subject's left, y up, z out of the face. Binary fields are little-endian.
 
-const { floor, max, min, round, sqrt } = Math;
+const { floor, max, min, sqrt } = Math;
 
 function bytesOf(base64) {
   const text = atob(base64);
@@ -69,7 +69,7 @@ class FacePose {
     this.weight = new Float32Array(face.count);
     const cells = face.creases.columns * face.creases.rows;
     this.creaseSum = new Float32Array(cells);
-    this.creaseHeights = new Uint8Array(cells);  // 128: level skin
+    this.creaseHeights = new Uint8ClampedArray(cells);  // 128: level skin
   }
 
   /** One intensity per AU of the face. */
@@ -86,11 +86,12 @@ class FacePose {
     face.aus.forEach((au, k) => {
       const share = intensities[k] * au.stepMm;
       if (share === 0) return;
-      for (let i = 0; i < au.indices.length; ++i) {
-        const at = 3 * au.indices[i];
-        positions[at] += share * au.moves[3 * i];
-        positions[at + 1] += share * au.moves[3 * i + 1];
-        positions[at + 2] += share * au.moves[3 * i + 2];
+      const { indices, moves } = au;
+      for (let i = 0; i < indices.length; ++i) {
+        const at = 3 * indices[i];
+        positions[at] += share * moves[3 * i];
+        positions[at + 1] += share * moves[3 * i + 1];
+        positions[at + 2] += share * moves[3 * i + 2];
       }
     });
   }
@@ -103,8 +104,7 @@ class FacePose {
       for (let i = 0; i < au.creaseCells.length; ++i)
         creaseSum[au.creaseCells[i]] += intensities[k] * au.creaseHeights[i];
     });
-    for (let i = 0; i < creaseSum.length; ++i)
-      creaseHeights[i] = max(0, min(255, round(creaseSum[i])));
+    creaseHeights.set(creaseSum);  // rounds
   }
 
   /** Weighted by area. */
