@@ -29,6 +29,7 @@ struct StudyArguments {
   std::string output, seed_weights, consent;
   std::uint64_t pairs = 40, seed = 1;
   double rate_hz = 0;  // 0: as the file says
+  bool own_lids = false;
 };
 
 void make_page(const StudyArguments& arguments) {
@@ -38,7 +39,7 @@ void make_page(const StudyArguments& arguments) {
   std::vector<std::filesystem::path> inputs(arguments.series.begin(), arguments.series.end());
   inputs.emplace_back(arguments.seed_weights);
   check_outputs(inputs, {arguments.output});
-  StudyOptions options{.pairs = arguments.pairs, .seed = arguments.seed};
+  StudyOptions options{.pairs = arguments.pairs, .seed = arguments.seed, .own_lids = arguments.own_lids};
   std::optional<Safetensors> weights;
   if (!arguments.seed_weights.empty()) {
     weights = load_safetensors(arguments.seed_weights);
@@ -108,6 +109,9 @@ void add_study_command(CLI::App& app) {
       ->capture_default_str();
   command->add_option("--seed-weights", arguments->seed_weights,
                       "of seed 003's generator (./run train seed): it takes part, too");
+  command->add_flag(
+      "--own-lids", arguments->own_lids,
+      "generators move the lids, too (default: as recorded in every clip; a blink would tell the real one)");
   command->add_option("--rate", arguments->rate_hz, "of AU CSVs, frames per second")->check(number_between(1, 2000));
   command->add_option("--consent", arguments->consent,
                       "the line that participants agree to, instead of the page's own");

@@ -14,6 +14,7 @@
 #include "replay/corpus/transition_corpus.h"
 #include "replay/performer/random.h"
 #include "replay/study/study_pairs.h"
+#include "replay/takes/au_column.h"
 #include "replay/takes/au_series.h"
 
 namespace risorius {
@@ -70,7 +71,12 @@ void note_undrawn(const AuRecording& recording, const FaceModel& face, Study& st
     add_note(fmt::format("{}: the face does not show {}", recording.take, fmt::join(missing, ", ")), study);
 }
 
-AuMatrix clip_of(const Cut& cut, Source& source, std::size_t kind, const FaceModel& face) {
+bool is_lid(const std::string& au) {
+  const int number = parse_au_column(au).number;
+  return number == 43 || number == 45;
+}
+
+AuMatrix clip_of(const Cut& cut, Source& source, std::size_t kind, const FaceModel& face, bool own_lids) {
   const Transition& t = cut.transition;
   AuMatrix course = t.course;
   if (kind != kStudyReal) {
@@ -79,6 +85,10 @@ AuMatrix clip_of(const Cut& cut, Source& source, std::size_t kind, const FaceMod
                                            .frames = t.course.rows(),
                                            .rate_hz = kCorpusRateHz},
                                           course);
+    for (std::size_t k = 0; k < source.aus.size() && !own_lids; ++k) {
+      const auto column = static_cast<Eigen::Index>(k);
+      if (is_lid(source.aus[k])) course.col(column) = t.course.col(column);
+    }
   }
   AuMatrix whole(t.past.rows() + course.rows(), course.cols());
   whole << t.past, course;
@@ -94,13 +104,14 @@ std::vector<std::size_t> random_places(std::size_t count, std::uint64_t seed) {
   return places;
 }
 
-void make_clips(const std::vector<Cut>& cuts, std::vector<Source>& sources, const FaceModel& face, Study& study) {
+void make_clips(const std::vector<Cut>& cuts, std::vector<Source>& sources, const FaceModel& face, bool own_lids,
+                Study& study) {
   std::map<std::pair<std::size_t, std::size_t>, std::size_t> made;  // transition and kind
   std::vector<AuMatrix> clips;
   const auto clip = [&](std::size_t transition, std::size_t kind) {
     const auto [found, is_new] = made.try_emplace({transition, kind}, clips.size());
     const Cut& cut = cuts[transition];
-    if (is_new) clips.push_back(clip_of(cut, sources[cut.source], kind, face));
+    if (is_new) clips.push_back(clip_of(cut, sources[cut.source], kind, face, own_lids));
     return found->second;
   };
   for (StudyTrial& trial : study.trials) {
@@ -175,7 +186,7 @@ Study make_study(std::span<const AuRecording> recordings, const FaceModel& face,
   }
   for (const StudyPair& pair : draw_study_pairs(cuts.size(), study.kinds.size(), options.pairs, options.seed))
     study.trials.push_back({pair.transition, pair.left, pair.right});
-  make_clips(cuts, sources, face, study);
+  make_clips(cuts, sources, face, options.own_lids, study);
   keep_moving_aus(face, study);
   return study;
 }

@@ -17,6 +17,9 @@ namespace risorius {
 struct StudyOptions {
   std::size_t pairs = 40;
   std::uint64_t seed = 1;
+  /// False: in every clip the lids (AU43, AU45) move as they were recorded. No generator can know of a blink, and one
+  /// blink would tell the real clip.
+  bool own_lids = false;
   const Safetensors* seed_weights = nullptr;  ///< of seed 003's generator; null: it takes no part
   std::string seed_weights_place;             ///< for messages
 };

@@ -1,6 +1,7 @@
 #include "replay/study/study.h"
 
 #include <algorithm>
+#include <cmath>
 #include <gtest/gtest.h>
 #include <set>
 
@@ -60,6 +61,27 @@ TEST(Study, ASideIsServedByTheAuWithoutASideAndWhatTheFaceLacksIsNoted) {
   EXPECT_FLOAT_EQ(value("AU1R"), 0.5F);
   EXPECT_FLOAT_EQ(value("AU45R"), 1.0F) << "a closed lid closes no further";
   EXPECT_FLOAT_EQ(value("AU12L"), 0.0F);
+}
+
+TEST(Study, NoBlinkTellsTheRecordedCourse) {
+  AuSeries series = test::posing_series(8, 7);
+  series.names.push_back("AU45");
+  for (std::size_t f = 0; f < series.frames.size(); ++f)
+    series.intensities[f].push_back(f % 40 < 10 ? std::sin(0.1 * 3.14159 * static_cast<double>(f % 40)) : 0.0);
+  const std::vector<AuRecording> recordings{record_of("blinking", series, test::kPosingRateHz)};
+  for (const bool own_lids : {false, true}) {
+    const Study study = make_study(recordings, face(), {.pairs = 12, .own_lids = own_lids});
+    const auto lid = std::find(study.aus.begin(), study.aus.end(), "AU45L") - study.aus.begin();
+    ASSERT_LT(lid, static_cast<std::ptrdiff_t>(study.aus.size()));
+    std::size_t alike = 0;
+    for (const StudyTrial& trial : study.trials)
+      alike += study.clips[trial.left_clip].col(lid) == study.clips[trial.right_clip].col(lid) ? 1 : 0;
+    if (own_lids) {
+      EXPECT_LT(alike, study.trials.size() / 2);
+    } else {
+      EXPECT_EQ(alike, study.trials.size());
+    }
+  }
 }
 
 TEST(Study, SeedTakesPartWhereItsWeightsAreGiven) {
