@@ -1,8 +1,8 @@
 #include "replay/study/study_picture.h"
 
-#include <cmath>
 #include <fmt/format.h>
 #include <stdexcept>
+#include <string>
 
 #include "replay/picture/plot.h"
 
@@ -29,11 +29,12 @@ void draw_score(Canvas& canvas, const ComparisonScore& score, double top) {
   canvas.text({kLeft - 12, middle + 4.5}, score.first, 14, kInk, TextAnchor::kRight);
   canvas.text({kRight + 12, middle + 4.5}, score.second, 14, kInk);
   const std::size_t decided = score.first_preferred + score.second_preferred;
-  canvas.text(
-      {x_of(0.5), bar + kBarHeight + 17},
+  const std::string counts =
       fmt::format("{} : {}, {} the same; p = {:.2g}; {} participant{}", score.first_preferred, score.second_preferred,
-                  score.ties, score.p, score.participants, score.participants == 1 ? "" : "s"),
-      12, kGrey, TextAnchor::kCentre);
+                  score.ties, score.p, score.participants, score.participants == 1 ? "" : "s");
+  const double half = canvas.text_width(counts, 12) / 2 + 5;
+  canvas.fill_rectangle({x_of(0.5) - half, bar + kBarHeight + 5, 2 * half, 17}, kPaper);  // off the scale's lines
+  canvas.text({x_of(0.5), bar + kBarHeight + 17}, counts, 12, kGrey, TextAnchor::kCentre);
   if (decided == 0) return;
   Colour first = plot_colour(0), second = plot_colour(1);
   first.alpha = second.alpha = 0.55;
@@ -52,7 +53,8 @@ Canvas study_picture(std::span<const ComparisonScore> scores) {
   const double bottom = kHead + kRow * static_cast<double>(scores.size());
   Canvas canvas(kWidth, static_cast<int>(bottom) + kFoot, kPaper);
   canvas.text({kWidth / 2.0, 30}, "Which looks more like a real face?", 18, kInk, TextAnchor::kCentre);
-  canvas.text({kWidth / 2.0, 50}, "share of the answers that prefer one", 12, kGrey, TextAnchor::kCentre);
+  canvas.text({kWidth / 2.0, 50}, "of the answers that prefer one: the share of the left-hand one, in blue", 12, kGrey,
+              TextAnchor::kCentre);
   draw_scale(canvas, bottom);
   for (std::size_t k = 0; k < scores.size(); ++k) draw_score(canvas, scores[k], kHead + kRow * static_cast<double>(k));
   canvas.text({kWidth / 2.0, bottom + 44},
