@@ -6,6 +6,7 @@
 
 #include "capture/version.h"
 #include "replay/commands/command_rom.h"
+#include "replay/commands/command_study.h"
 #include "replay/commands/command_transition.h"
 #include "replay/commands/commands.h"
 #include "replay/commands/session_commands.h"
@@ -35,6 +36,7 @@ int main(int argc, char** argv) {
   risorius::add_recover_command(app);
   risorius::add_verify_command(app);
   risorius::add_transition_command(app);
+  risorius::add_study_command(app);
   risorius::add_watch_command(app);
   risorius::add_control_command(app);
   risorius::add_keys_command(app);
