@@ -44,7 +44,7 @@ void add_note(std::string note, Study& study) {
 
 Generators generators_for(const std::vector<std::string>& aus, const StudyOptions& options, Study& study) {
   Generators generators;
-  generators.push_back(make_transition_model(transition_model_names().front(), aus));
+  generators.push_back(make_transition_model(kTransitionModelNames.front(), aus));
   if (options.seed_weights != nullptr) {
     auto seed = std::make_unique<SeedGenerator>(*options.seed_weights, options.seed_weights_place, aus);
     if (!seed->masked().empty()) {
