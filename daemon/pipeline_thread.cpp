@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "capture/check.h"
+#include "capture/errors.h"
 #include "capture/monotonic_clock.h"
 
 namespace risorius {
@@ -77,7 +78,13 @@ void PipelineThread::work_on(const AdmittedItem& item) {
       stream.stages.flush();
       hand_on_solved(stream, item.stream_id);
       if (!stream.shapes) {
-        stream.stages.use_marker_set(*item.marker_set);
+        try {
+          stream.stages.use_marker_set(*item.marker_set);
+        } catch (const UserError&) {
+          // Every source asks problems_of. Should one forget it, its frames are refused and counted, and the others go
+          // on.
+          break;
+        }
         stream.note_fit_of_rig(*item.marker_set);
         note_neutral_failures(stream);
       }

@@ -6,6 +6,8 @@
 #include <fmt/format.h>
 #include <set>
 
+#include "capture/utf8.h"
+
 namespace risorius {
 namespace {
 
@@ -62,6 +64,21 @@ std::vector<NatnetMarkerMap::Group> NatnetMarkerMap::groups_of(std::span<const N
   return groups;
 }
 
+namespace {
+
+/// As many whole characters of clean UTF-8 as fit.
+std::string cut(std::string_view text, std::size_t most_bytes) {
+  std::size_t bytes = 0;
+  while (bytes < text.size()) {
+    const std::size_t next = utf8_length(text.substr(bytes));
+    if (next == 0 || bytes + next > most_bytes) break;
+    bytes += next;
+  }
+  return std::string(text.substr(0, bytes));
+}
+
+}  // namespace
+
 NatnetError NatnetMarkerMap::build(std::span<const NatnetAsset> model, std::string_view markers) {
   const std::string_view wanted_set =
       markers.starts_with(kSetPrefix) ? markers.substr(kSetPrefix.size()) : std::string_view();
@@ -74,12 +91,13 @@ NatnetError NatnetMarkerMap::build(std::span<const NatnetAsset> model, std::stri
     groups[g].first = names.size();
     for (std::size_t m = 0; m < groups[g].count; ++m) {
       if (names.size() == kMaxMarkers) return NatnetError::kTooManyMarkers;
-      const std::string own = names_of[g][m].empty() ? std::to_string(m + 1) : names_of[g][m];
-      std::string name = own.substr(0, kMaxNameBytes);
-      if (used.contains(name)) name = fmt::format("{}:{}", groups[g].name, own).substr(0, kMaxNameBytes);
+      // Motive takes any bytes for a name; what is made of them here is a name everywhere.
+      const std::string own = names_of[g][m].empty() ? std::to_string(m + 1) : utf8_of(names_of[g][m]);
+      std::string name = cut(own, kMaxNameBytes);
+      if (used.contains(name)) name = cut(fmt::format("{}:{}", utf8_of(groups[g].name), own), kMaxNameBytes);
       for (std::size_t n = 2; !used.insert(name).second; ++n) {
         const std::string number = fmt::format("#{}", n);
-        name = fmt::format("{}{}", own.substr(0, kMaxNameBytes - number.size()), number);
+        name = cut(own, kMaxNameBytes - number.size()) + number;
       }
       names.push_back(std::move(name));
     }

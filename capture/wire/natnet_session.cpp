@@ -12,7 +12,7 @@
 namespace risorius {
 namespace {
 
-constexpr double kHighestRateHz = 1e5;
+constexpr double kLowestRateHz = 0.01, kHighestRateHz = 1e5;  // what problems_of takes
 constexpr std::int32_t kRestartFrames = 100;  // a frame number that goes back farther is a server that began anew
 constexpr double kMostSeconds = 9e9;          // that fit into int64 ns
 
@@ -121,7 +121,7 @@ NatnetError NatnetSession::take_response(std::span<const std::byte> payload, std
   if (phase_ != Phase::kAskingRate) return NatnetError::kNone;
   ByteReader reader(payload);
   const auto rate_hz = reader.read<float>();
-  if (reader.ok() && std::isfinite(rate_hz) && rate_hz > 0 && rate_hz <= kHighestRateHz)
+  if (reader.ok() && std::isfinite(rate_hz) && rate_hz >= kLowestRateHz && rate_hz <= kHighestRateHz)
     rate_hz_ = static_cast<double>(rate_hz);
   enter(Phase::kAskingModel, now_ns);
   return NatnetError::kNone;

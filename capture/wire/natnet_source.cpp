@@ -27,6 +27,7 @@ using boost::system::error_code;
 constexpr std::size_t kBatch = 16;
 constexpr std::size_t kMaxBatchesPerWakeUp = 8;
 constexpr std::int64_t kLeastTimerNs = 1'000'000;
+constexpr std::int64_t kOpenAgainNs = 500'000'000;
 
 address_v4 parse_address(const std::string& text, const std::string& key) {
   error_code error;
@@ -140,8 +141,10 @@ struct NatnetSource::Impl : std::enable_shared_from_this<NatnetSource::Impl> {
     const auto wanted = options.multicast_group.empty() && info.multicast && said.is_multicast()
                             ? std::optional<address_v4>(said)
                             : group;
-    // A port that was busy is tried again: with each Tick, until it opens.
-    if (port == data_port && wanted == group && data.socket.is_open()) return;
+    // A port that was busy is tried again now and then, until it opens.
+    const bool same = port == data_port && wanted == group;
+    if (same && (data.socket.is_open() || monotonic_now_ns() < open_again_ns)) return;
+    open_again_ns = monotonic_now_ns() + kOpenAgainNs;
     data_port = port;
     group = wanted;
     error_code error;
@@ -269,7 +272,7 @@ struct NatnetSource::Impl : std::enable_shared_from_this<NatnetSource::Impl> {
   std::uint16_t data_port = options.data_port != 0 ? options.data_port : kNatnetDataPort;
   Port command, data;
   boost::asio::steady_timer timer;
-  std::int64_t timer_ns = 0;
+  std::int64_t timer_ns = 0, open_again_ns = 0;
   std::function<void()> on_ready;
   ReceiveBatch batch{kBatch, kMaxNatnetDatagramBytes + 1};
   NatnetDatagram outgoing;

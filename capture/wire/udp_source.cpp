@@ -93,6 +93,7 @@ struct UdpSourceOf<Decoder, Options>::Impl : std::enable_shared_from_this<Impl> 
       return false;
     }
     const auto count = static_cast<std::size_t>(received);
+    const std::uint64_t refused_before = counters.datagrams.refused.value();
     for (std::size_t i = 0; i < count; ++i) {
       if (batch.truncated(i)) counters.truncated.add();
       const std::uint32_t drops = batch.drops(i, known_drops);
@@ -101,7 +102,8 @@ struct UdpSourceOf<Decoder, Options>::Impl : std::enable_shared_from_this<Impl> 
       tap(batch.datagram(i), batch.sender(i), receive_time_ns);
       decoder.push(batch.datagram(i), receive_time_ns);
     }
-    if (count > 0) counters.link = LinkState::kStreaming;
+    // Garbage is no sign of a sender.
+    if (counters.datagrams.refused.value() - refused_before < count) counters.link = LinkState::kStreaming;
     return count == limit;
   }
 

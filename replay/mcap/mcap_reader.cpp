@@ -17,8 +17,8 @@ namespace {
 constexpr std::uint64_t kPieceBytes = 65536;
 /// Of a chunk without compression, up to its records, with opcode and length.
 constexpr std::uint64_t kChunkHeadBytes = kMcapRecordHeadBytes + 40;
-/// No metadata of a session that stands between chunks is longer.
-constexpr std::uint64_t kMostMetadataBytes = 1 << 20;
+/// Contents that are read to look for a place once: many chunks.
+constexpr std::uint64_t kMostCheckedBytes = 256 << 20;
 constexpr const char* kRemedy = "give a recording of risoriusd, or another MCAP file";
 
 /// Of a chunk, before its records.
@@ -88,15 +88,41 @@ void McapReader::lose_place(std::string problem) {
   lost_ = true;
 }
 
-/// Whether a record of this kind can have this length, as far as that is known without reading it.
-bool McapReader::is_plausible(McapOp op, std::uint64_t length) {
-  if (op == McapOp::kDataEnd) return length == 4;
-  if (op != McapOp::kMessageIndex) return op != McapOp{};
-  if (length < 6) return false;
+/// How long the record at offset_ is by what stands in it; nothing if it does not say, or what it says does not fit
+/// together. `left`: bytes after its head.
+std::optional<std::uint64_t> McapReader::own_length(McapOp op, std::uint64_t left) {
+  if (op == McapOp::kDataEnd) return left >= 4 ? std::optional<std::uint64_t>(4) : std::nullopt;
+  const std::uint64_t needed = op == McapOp::kChunk ? kChunkHeadBytes - kMcapRecordHeadBytes : 6;
+  if ((op != McapOp::kChunk && op != McapOp::kMessageIndex) || left < needed) return std::nullopt;
   std::vector<std::byte> head;
-  read_at(offset_ + kMcapRecordHeadBytes, 6, head);
-  ByteReader in{std::span<const std::byte>(head).subspan(2)};
-  return in.read<std::uint32_t>() == length - 6;
+  read_at(offset_ + kMcapRecordHeadBytes, static_cast<std::size_t>(needed), head);
+  ByteReader in(head);
+  if (op == McapOp::kMessageIndex) {
+    in.take(2);
+    const std::uint64_t length = 6 + std::uint64_t{in.read<std::uint32_t>()};
+    return length <= left ? std::optional(length) : std::nullopt;
+  }
+  in.take(16);  // times
+  const auto records_bytes = in.read<std::uint64_t>();
+  in.take(4);  // CRC
+  const auto compression_bytes = in.read<std::uint32_t>();
+  if (compression_bytes != 0 || in.read<std::uint64_t>() != records_bytes || records_bytes > left - needed)
+    return std::nullopt;
+  return records_bytes + needed;
+}
+
+/// The length by which to read on: the one after which another record stands, if the two that a record tells differ.
+/// Nothing if neither is to be trusted.
+std::optional<std::uint64_t> McapReader::trusted_length(McapOp op, std::uint64_t length, std::uint64_t left) {
+  const std::uint64_t begin = offset_ + kMcapRecordHeadBytes;
+  const bool tells_its_length = op == McapOp::kChunk || op == McapOp::kMessageIndex || op == McapOp::kDataEnd;
+  if (!tells_its_length) return op != McapOp{} && length <= left ? std::optional(length) : std::nullopt;
+  const auto own = own_length(op, left);
+  if (own == length) return length;
+  if (length <= left && is_record_at(begin + length)) return length;
+  if (!own || !is_record_at(begin + *own)) return std::nullopt;
+  damage("a record whose length is damaged; read by what it says of its parts");
+  return own;
 }
 
 /// Whether the content says no more than metadata_. A later version of the format may, but after it comes a record.
@@ -106,21 +132,22 @@ bool McapReader::is_all_of(std::span<const std::byte> content) const {
   return again.size() == kMcapRecordHeadBytes + content.size();
 }
 
-/// Whether what stands at offset_ looks like the head of a record.
-bool McapReader::is_record_here() {
-  if (size_ - offset_ < kMcapRecordHeadBytes) return false;
+/// Whether what stands there looks like the head of a record.
+bool McapReader::is_record_at(std::uint64_t offset) {
+  if (offset > size_ || size_ - offset < kMcapRecordHeadBytes) return false;
   std::vector<std::byte> head;
-  read_at(offset_, kMcapRecordHeadBytes, head);
+  read_at(offset, kMcapRecordHeadBytes, head);
   ByteReader in(head);
   const auto op = static_cast<McapOp>(in.read<std::uint8_t>());
   const auto length = in.read<std::uint64_t>();
-  return op >= McapOp::kHeader && op <= McapOp::kDataEnd && length <= size_ - offset_ - kMcapRecordHeadBytes;
+  return op >= McapOp::kHeader && op <= McapOp::kDataEnd && length <= size_ - offset - kMcapRecordHeadBytes;
 }
 
-/// Goes to the next chunk, metadata or end of the data after record_offset_. What a record's content looks like is not
-/// asked: all that a chunk says of its own size must fit together, and then its CRC.
+/// Goes to the next chunk, or the end of the data, after record_offset_. What is passed over may hold anything, such as
+/// the bytes of another file that somebody sent us: a chunk counts if its CRC fits, the end if the footer points at it.
 bool McapReader::find_place() {
   std::vector<std::byte> bytes;
+  std::uint64_t may_check = kMostCheckedBytes;
   for (std::uint64_t from = record_offset_ + 1; from + kMcapRecordHeadBytes <= size_;) {
     const std::uint64_t piece = std::min(size_ - from, kPieceBytes);
     read_at(from, static_cast<std::size_t>(piece), bytes);
@@ -128,37 +155,53 @@ bool McapReader::find_place() {
     const bool last = from + piece == size_;
     const std::size_t heads = static_cast<std::size_t>(last ? piece : piece - kChunkHeadBytes);
     for (std::size_t i = 0; i < heads; ++i) {
-      if (!is_place(from + i, std::span(bytes).subspan(i))) continue;
+      const auto op = static_cast<McapOp>(bytes[i]);
+      if (op != McapOp::kChunk && op != McapOp::kDataEnd) continue;
       offset_ = from + i;
+      if (op == McapOp::kChunk ? !is_whole_chunk(may_check) : !is_data_end()) continue;
       damages_.back().problem += fmt::format("; read on at byte {}", offset_);
       return true;
     }
     from += heads;
   }
+  offset_ = size_;
   return false;
 }
 
-/// `bytes`: what stands at `offset`, as far as it was read.
-bool McapReader::is_place(std::uint64_t offset, std::span<const std::byte> bytes) {
-  const auto op = static_cast<McapOp>(bytes.front());
-  if (op != McapOp::kChunk && op != McapOp::kMetadata && op != McapOp::kDataEnd) return false;
-  ByteReader in(bytes.subspan(1));
-  const auto length = in.read<std::uint64_t>();
-  if (!in.ok() || length > size_ - offset - kMcapRecordHeadBytes) return false;
-  if (op == McapOp::kDataEnd) return length == 4 && ends_in_magic();
-  if (op == McapOp::kMetadata) {
-    if (length > kMostMetadataBytes) return false;
-    std::vector<std::byte> content;
-    read_at(offset + kMcapRecordHeadBytes, static_cast<std::size_t>(length), content);
-    McapMetadata metadata;
-    return read_mcap_record(content, metadata) && !metadata.name.empty();
-  }
-  in.take(16);  // times
-  const auto records_bytes = in.read<std::uint64_t>();
-  in.take(4);  // CRC
-  const auto compression_bytes = in.read<std::uint32_t>();
-  return in.read<std::uint64_t>() == records_bytes && in.ok() && compression_bytes == 0 &&
-         length == records_bytes + kChunkHeadBytes - kMcapRecordHeadBytes;
+/// At offset_. `may_check`: bytes of contents that may still be read for this: heads that promise much are cheap to
+/// forge.
+bool McapReader::is_whole_chunk(std::uint64_t& may_check) {
+  if (size_ - offset_ < kChunkHeadBytes) return false;
+  const std::uint64_t left = size_ - offset_ - kMcapRecordHeadBytes;
+  const auto own = own_length(McapOp::kChunk, left);
+  if (!own || *own > may_check) return false;
+  std::vector<std::byte> record;
+  read_at(offset_ + 1, kMcapRecordHeadBytes - 1, record);
+  ByteReader length(record);
+  if (length.read<std::uint64_t>() != *own) return false;
+  may_check -= *own;
+  std::vector<std::byte> content;
+  read_at(offset_ + kMcapRecordHeadBytes, static_cast<std::size_t>(*own), content);
+  ByteReader in(content);
+  ChunkHead head;
+  return read_head(in, head) && head.crc != 0 && mcap_crc(in.take(in.remaining())) == head.crc;
+}
+
+/// At offset_.
+bool McapReader::is_data_end() {
+  constexpr std::uint64_t kDataEndBytes = kMcapRecordHeadBytes + 4, kFooterBytes = kMcapRecordHeadBytes + 20;
+  if (size_ - offset_ < kDataEndBytes + kFooterBytes + kMcapMagic.size() || !ends_in_magic()) return false;
+  const std::uint64_t footer = size_ - kMcapMagic.size() - kFooterBytes;
+  std::vector<std::byte> bytes;
+  read_at(offset_ + 1, 8, bytes);
+  ByteReader length(bytes);
+  if (length.read<std::uint64_t>() != 4) return false;
+  read_at(footer, kMcapRecordHeadBytes + 8, bytes);
+  ByteReader in(bytes);
+  const auto op = static_cast<McapOp>(in.read<std::uint8_t>());
+  in.take(8);
+  const auto summary = in.read<std::uint64_t>();
+  return op == McapOp::kFooter && (summary == 0 ? footer : summary) == offset_ + kDataEndBytes;
 }
 
 bool McapReader::ends_in_magic() {
@@ -177,9 +220,12 @@ bool McapReader::read_record() {
   read_at(offset_, kMcapRecordHeadBytes, record_);
   ByteReader in(record_);
   op_ = static_cast<McapOp>(in.read<std::uint8_t>());
-  const auto length = in.read<std::uint64_t>();
-  if (length > left - kMcapRecordHeadBytes) {
-    lose_place(fmt::format("a record of {} bytes, of which {} are there", length, left - kMcapRecordHeadBytes));
+  const auto told = in.read<std::uint64_t>();
+  const auto trusted = trusted_length(op_, told, left - kMcapRecordHeadBytes);
+  if (!trusted) {
+    lose_place(told > left - kMcapRecordHeadBytes
+                   ? fmt::format("a record of {} bytes, of which {} are there", told, left - kMcapRecordHeadBytes)
+                   : fmt::format("a record of kind {} that cannot have {} bytes", static_cast<int>(op_), told));
     // The head of a torn chunk says from when on messages are missing.
     if (op_ == McapOp::kChunk && left >= kMcapRecordHeadBytes + 16) {
       read_at(offset_ + kMcapRecordHeadBytes, 16, record_);
@@ -189,10 +235,7 @@ bool McapReader::read_record() {
     }
     return false;
   }
-  if (!is_plausible(op_, length)) {
-    lose_place(fmt::format("a record of kind {} cannot have {} bytes", static_cast<int>(op_), length));
-    return false;
-  }
+  const std::uint64_t length = *trusted;
   offset_ += kMcapRecordHeadBytes;
   if (op_ == McapOp::kDataEnd) {
     read_at(offset_, static_cast<std::size_t>(length), record_);
@@ -233,7 +276,7 @@ McapReader::Item McapReader::next() {
 void McapReader::open_chunk(std::span<const std::byte> content) {
   ByteReader in(content);
   ChunkHead head;
-  if (!read_head(in, head)) return lose_place("a chunk whose parts do not fit its length");
+  if (!read_head(in, head)) return damage("a chunk whose parts do not fit its length");
   if (!head.compression.empty()) {
     throw UserError(path_.string(), fmt::format("is compressed ({})", shown(head.compression)),
                     "write it without compression: mcap compress --compression none");
@@ -278,7 +321,7 @@ std::optional<McapReader::Item> McapReader::take_record(McapOp op, std::span<con
       damage("a message that is too short, or of no channel");
       break;
     case McapOp::kMetadata:
-      if (read_mcap_record(content, metadata_) && (in_chunk_ || is_all_of(content) || is_record_here()))
+      if (read_mcap_record(content, metadata_) && (in_chunk_ || is_all_of(content) || is_record_at(offset_)))
         return Item::kMetadata;
       if (in_chunk_) {
         damage("metadata that do not fit their length");

@@ -52,11 +52,13 @@ class McapReader {
   std::optional<Item> take_from_chunk();
   std::optional<Item> take_record(McapOp op, std::span<const std::byte> content);
   bool read_record();
-  bool is_plausible(McapOp op, std::uint64_t length);
+  std::optional<std::uint64_t> own_length(McapOp op, std::uint64_t left);
+  std::optional<std::uint64_t> trusted_length(McapOp op, std::uint64_t length, std::uint64_t left);
   bool is_all_of(std::span<const std::byte> content) const;
-  bool is_record_here();
+  bool is_record_at(std::uint64_t offset);
   bool find_place();
-  bool is_place(std::uint64_t offset, std::span<const std::byte> bytes);
+  bool is_whole_chunk(std::uint64_t& may_check);
+  bool is_data_end();
   bool ends_in_magic();
   void open_chunk(std::span<const std::byte> content);
   void read_at(std::uint64_t offset, std::size_t bytes, std::vector<std::byte>& into);

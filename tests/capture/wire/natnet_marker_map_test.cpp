@@ -41,6 +41,24 @@ TEST(NatnetMarkerMap, AnOccludedMarkerStaysMissingThoughItsMarkerSetHasAPosition
   EXPECT_EQ(client.last_frame().state[1], MarkerState::kMissing);
 }
 
+TEST(NatnetMarkerMap, WhateverBytesMotiveHasForANameTheSetIsOne) {
+  const std::string long_name = std::string(62, 'L') + "\xc3\xa9";
+  Client client;
+  client.connect(4, 1,
+                 NatnetHandModel{}
+                     .marker_set("face", {"M\xe4rker", "a\tb", long_name, long_name, long_name, "\xc3\xa9"})
+                     .datagram());
+  ASSERT_GE(client.events.size(), 2u);
+  ASSERT_EQ(client.events[1].kind, SourceEventKind::kMarkerSet);
+  const MarkerSet& set = *client.events[1].set;
+  EXPECT_TRUE(problems_of(set).empty()) << problems_of(set).front();
+  ASSERT_EQ(set.names.size(), 6u);
+  EXPECT_EQ(set.names[0], "M\xc3\xa4rker");
+  EXPECT_EQ(set.names[1], "a?b");
+  EXPECT_EQ(set.names[2], std::string(62, 'L'));
+  EXPECT_EQ(set.names[5], "\xc3\xa9");
+}
+
 TEST(NatnetMarkerMap, FindsTheModelOfAMarkerSetByEqualPositions) {
   Client both, ben(NatnetOptions{.markers = "set:ben"});
   both.connect(4, 1, natnet_two_faces_model());
