@@ -11,10 +11,10 @@ constexpr Colour kInk{0.15, 0.15, 0.18}, kRule{0.45, 0.46, 0.5}, kGrid{0.88, 0.8
 constexpr double kMargin = 16, kBetween = 28, kCellPadding = 5, kHeadlineSize = 17, kTitleSize = 14, kNoteSize = 12;
 constexpr double kHeadline = 34, kTitle = 26, kNote = 18;
 
-/// Twice, a little apart: the one typeface that Canvas has looks bold so.
+/// Twice, a pixel apart (glyphs stand on whole pixels): the one typeface that Canvas has looks bold so.
 void draw_text(Canvas& canvas, PicturePoint at, const std::string& text, double size, TextAnchor anchor, bool is_bold) {
   canvas.text(at, text, size, kInk, anchor);
-  if (is_bold) canvas.text({at.x + 0.6, at.y}, text, size, kInk, anchor);
+  if (is_bold) canvas.text({at.x + 1, at.y}, text, size, kInk, anchor);
 }
 
 double width_of(const PictureTable& table) {
@@ -45,8 +45,9 @@ double anchor_x(double left, const TableColumn& column) {
 void draw_heads(Canvas& canvas, PicturePoint at, double height, const PictureTable& table) {
   double left = at.x;
   for (const TableColumn& column : table.columns) {
-    // The first column says what the rows are: its head stays upright.
-    const bool is_turned = table.has_turned_heads && column.anchor != TextAnchor::kLeft;
+    // Names of rows are read upright, and single signs: a turned minus is a bar.
+    const bool is_turned = table.has_turned_heads && column.anchor != TextAnchor::kLeft &&
+                           canvas.text_width(column.head, table.text_size) > table.text_size;
     if (is_turned) {
       canvas.text({left + column.width / 2 + 0.35 * table.text_size, at.y + height - kCellPadding}, column.head,
                   table.text_size, kInk, TextAnchor::kLeft, true);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <fmt/core.h>
+#include <memory>
 #include <set>
 
 #include "bench/bench_report.h"
@@ -15,6 +16,7 @@
 #include "generate/interpolation.h"
 #include "generate/seed_generator.h"
 #include "generate/transition_models.h"
+#include "replay/corpus/expression_corpus.h"
 #include "replay/performer/random.h"
 #include "replay/transitions/transition_picture.h"
 #include "support/test_data.h"
@@ -169,22 +171,30 @@ struct Arguments {
   bool is_standard = false;
 };
 
-std::vector<ModelResult> make_results(const Arguments& arguments, const TransitionCases& cases) {
-  std::vector<ModelResult> results;
-  for (const std::string_view name : transition_model_names()) {
-    const auto model = make_transition_model(name, cases.names);
-    results.push_back({std::string(name), make_interpolation(name) != nullptr, make_all(cases, *model)});
-  }
+using Models = std::vector<std::unique_ptr<TransitionModel>>;
+
+/// The default first. Throws UserError for weights that are no seed's.
+Models make_models(const Arguments& arguments, const std::vector<std::string>& au_names) {
+  Models models;
+  for (const std::string_view name : transition_model_names()) models.push_back(make_transition_model(name, au_names));
   std::set<std::string, std::less<>> names;
   for (const std::filesystem::path& path : arguments.seed_weights) {
     const Safetensors weights = load_safetensors(path);
     for (const SeedCure cure : {SeedCure::kNone, SeedCure::kReinterpolated}) {
-      SeedGenerator model(weights, path.string(), cases.names, cure);
-      if (!names.emplace(model.name()).second)
-        throw UserError(path.string(), fmt::format("is a model '{}', as a file before it", model.name()),
+      models.push_back(std::make_unique<SeedGenerator>(weights, path.string(), au_names, cure));
+      if (!names.emplace(models.back()->name()).second)
+        throw UserError(path.string(), fmt::format("is a model '{}', as a file before it", models.back()->name()),
                         "give each model once");
-      results.push_back({std::string(model.name()), false, make_all(cases, model)});
     }
+  }
+  return models;
+}
+
+std::vector<ModelResult> make_results(const Models& models, const TransitionCases& cases) {
+  std::vector<ModelResult> results;
+  for (const auto& model : models) {
+    const std::string name(model->name());
+    results.push_back({name, make_interpolation(name) != nullptr, make_all(cases, *model)});
   }
   return results;
 }
@@ -198,9 +208,10 @@ int bench(const Arguments& arguments) {
       "transitions of {} to {} frames at {:g} Hz that change some AU by {:g}\n",
       still.most_speed, 1e3 * still.window_s, 1e3 * still.least_still_s, still.least_frames, still.most_frames,
       kCorpusRateHz, still.least_change);
+  const Models models = make_models(arguments, corpus_aus());
   const TransitionCases cases = transition_cases(arguments.takes, kTrainedTake);
   for (const Group& group : kGroups) fmt::print("{:<24} {:>4} transitions\n", group.name, count_of(cases, group));
-  const std::vector<ModelResult> results = make_results(arguments, cases);
+  const std::vector<ModelResult> results = make_results(models, cases);
   for (const Group& group : kGroups) print_group(group.name, results, group.holds);
   std::vector<std::string> people;
   for (const TransitionCase& one : cases.cases) {
