@@ -7,13 +7,14 @@
 #include "generate/train/training_corpus.h"
 #include "replay/atomic_file.h"
 #include "replay/corpus/expression_corpus.h"
+#include "replay/corpus/study_composition.h"
 
 namespace risorius {
 namespace {
 
 struct CorpusArguments {
   std::vector<std::string> recordings;
-  std::string output;
+  std::string output, study;  ///< study: a letter; empty: all 30 pairs
   std::uint64_t seed = 1;
 };
 
@@ -52,10 +53,16 @@ void make_corpus(const CorpusArguments& arguments) {
       still.most_speed, 1e3 * still.window_s, 1e3 * still.least_still_s, still.least_change, still.least_frames,
       still.most_frames, kCorpusRateHz);
   std::string text = "take,from,to,variant,sibling,part,begin_s,frames,stray\n";
-  const TransitionCorpus expressions = perform_expressions(corpus_aus(), {arguments.seed, 5});
-  print_summary("performed expressions", expressions);
-  print_summary("of which seed 003's pairs", only_pairs(expressions, seed003_pairs()));
-  append_rows(expressions, text);
+  if (arguments.study.empty()) {
+    const TransitionCorpus expressions = perform_expressions(corpus_aus(), {arguments.seed, 5});
+    print_summary("performed expressions", expressions);
+    print_summary("of which seed 003's pairs", only_pairs(expressions, seed003_pairs()));
+    append_rows(expressions, text);
+  } else {
+    const TransitionCorpus data = study_corpus(corpus_aus(), arguments.study.front(), arguments.seed);
+    print_summary("seed 003's study, model " + arguments.study, data);
+    append_rows(data, text);
+  }
   for (const std::string& path : arguments.recordings) {
     const AuRecording recording = load_au_recording(path);
     for (const std::string& warning : recording.warnings) fmt::print(stderr, "{}: {}\n", path, warning);
@@ -75,6 +82,9 @@ void add_corpus_command(CLI::App& app) {
   auto arguments = std::make_shared<CorpusArguments>();
   CLI::App* command = app.add_subcommand("corpus", "list the transitions of recordings and of the performer");
   command->add_option("recording", arguments->recordings, "Live Link Face CSV files");
+  command
+      ->add_option("--study", arguments->study, "a to i: the data of that model of seed 003's study, and its held-out")
+      ->check(CLI::IsMember({"a", "b", "c", "d", "e", "f", "g", "h", "i"}));
   command->add_option("--seed", arguments->seed, "of the performer");
   command->add_option("-o,--output", arguments->output, "CSV file, one line per transition");
   command->callback([arguments] { make_corpus(*arguments); });

@@ -1,5 +1,6 @@
 // risorius-train seed: seed 003's network on a data set put together like its own: 17 performed pairs of expressions, 5
 // variants, each "recorded" three times with lost frames, merged and filled by three kinds of interpolation.
+#include <array>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <memory>
@@ -11,6 +12,7 @@
 #include "generate/train/training_run.h"
 #include "replay/corpus/expression_corpus.h"
 #include "replay/corpus/recording_merge.h"
+#include "replay/corpus/study_composition.h"
 #include "replay/performer/random.h"
 
 namespace risorius {
@@ -18,11 +20,12 @@ namespace {
 
 constexpr double kLostFrames = 0.3;  ///< of each of three recordings; then mostly no two in a row are lost in all
 constexpr int kRecordings = 3;
+constexpr std::array kInterpolations{MergeDegree::kLinear, MergeDegree::kQuadratic, MergeDegree::kCubic};
 constexpr double kEndWeight = 5;  ///< of the cure "weighted start and end"
 constexpr std::int64_t kEndFrames = 10;
 
 struct SeedArguments {
-  std::string out = "build/train", cure = "none";
+  std::string out = "build/train", cure = "none", study;  ///< a letter; empty: none of the study's models
   std::int64_t batch = 16;
   TrainingOptions training;
 };
@@ -96,15 +99,22 @@ torch::Tensor sequence_loss(SeedModule& network, const Sequences& all, const tor
   return ((error * weight).sum(1) / weight.sum(1)).mean();
 }
 
+std::string trained_on(const std::string& study) {
+  return "synthetic performer of Risorius: " + (study.empty() ? "the 17 pairs of seed 003's Table 4.2"
+                                                              : "data of model " + study + " of seed 003's Table 5.3");
+}
+
 void train_seed(SeedArguments arguments) {
   torch::set_num_threads(1);
   torch::manual_seed(arguments.training.seed);
   const TransitionCorpus corpus =
-      only_pairs(perform_expressions(corpus_aus(), {arguments.training.seed, 5}), seed003_pairs());
+      arguments.study.empty()
+          ? only_pairs(perform_expressions(corpus_aus(), {arguments.training.seed, 5}), seed003_pairs())
+          : study_corpus(corpus_aus(), arguments.study.front(), arguments.training.seed);
   std::vector<Transition> training, test;
   std::uint64_t sibling = 0;
   for (const Transition& one : corpus.transitions) {
-    for (const MergeDegree degree : {MergeDegree::kLinear, MergeDegree::kQuadratic, MergeDegree::kCubic}) {
+    for (const MergeDegree degree : kInterpolations) {
       auto& part = one.part == CorpusPart::kTrain ? training : test;
       part.push_back(merged(one, corpus.names, degree, arguments.training.seed * 1000 + sibling++));
     }
@@ -118,6 +128,9 @@ void train_seed(SeedArguments arguments) {
     return Measurements{{"MSE of unseen variants", sequence_loss(network, held, all, 1).item<double>()}};
   };
   arguments.training.name = arguments.cure == "none" ? "seed" : "seed_" + arguments.cure;
+  if (!arguments.study.empty()) arguments.training.name += "_study_" + arguments.study;
+  fmt::print("{}: {} transitions to learn from, {} after three interpolations of each\n", arguments.training.name,
+             training.size() / kInterpolations.size(), training.size());
   arguments.training.folder = arguments.out;
   train(
       *network, arguments.training,
@@ -133,7 +146,7 @@ void train_seed(SeedArguments arguments) {
   const auto path = arguments.training.folder / (arguments.training.name + ".safetensors");
   export_weights(*network,
                  {{"model", arguments.training.name},
-                  {"trained_on", "synthetic performer of Risorius: the 17 pairs of seed 003's Table 4.2"},
+                  {"trained_on", trained_on(arguments.study)},
                   {"channels", fmt::format("{}", fmt::join(corpus.names, ","))},
                   {"rate_hz", fmt::format("{}", corpus.rate_hz)},
                   {"configuration", fmt::format("cure {}, seed {}, {} steps of {}", arguments.cure,
@@ -153,6 +166,8 @@ void add_seed_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("seed", "train seed 003's own network, or one of its cures");
   command->add_option("--cure", arguments->cure, "none, initialiser, weighted or deep_decoder")
       ->check(CLI::IsMember({"none", "initialiser", "weighted", "deep_decoder"}));
+  command->add_option("--study", arguments->study, "a to i: on the data of that model of seed 003's study")
+      ->check(CLI::IsMember({"a", "b", "c", "d", "e", "f", "g", "h", "i"}));
   command->add_option("--out", arguments->out, "folder for weights, checkpoint and figures");
   command->add_option("--steps", arguments->training.steps, "of training")->check(CLI::Range(1, 10'000'000));
   command->add_option("--batch", arguments->batch, "sequences per step")->check(CLI::Range(1, 85));

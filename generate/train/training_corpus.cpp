@@ -10,7 +10,6 @@
 namespace risorius {
 namespace {
 
-constexpr std::size_t kVariants = 30;
 constexpr std::uint64_t kMotionTakes = 12;
 constexpr double kMotionSeconds = 134, kMotionRateHz = 30;  // as alex_rom_3
 
@@ -27,8 +26,10 @@ void add_variations(const TransitionCorpus& corpus, std::size_t count, Random& r
 
 TrainingCorpora make_training_corpora(const std::optional<std::filesystem::path>& recording, std::uint64_t seed) {
   const std::vector<std::string> names = corpus_aus();
-  TrainingCorpora corpora{
-      names, {names, kCorpusRateHz, {}}, perform_expressions(names, {seed, kVariants}), {names, kCorpusRateHz, {}}};
+  TrainingCorpora corpora{names,
+                          {names, kCorpusRateHz, {}},
+                          perform_expressions(names, {seed, kShippedPerformances.variants}),
+                          {names, kCorpusRateHz, {}}};
   if (recording) append(corpora.recorded, cut_transitions(motion_of(load_au_recording(*recording))));
   for (std::uint64_t take = 0; take < kMotionTakes; ++take) {
     AuSeries series = perform_range_of_motion(names, shipped_dynamics(), kMotionSeconds, seed * 1000 + take);

@@ -95,6 +95,11 @@ const std::vector<std::pair<std::string_view, std::string_view>>& seed003_pairs(
   return pairs;
 }
 
+bool is_seed003_pair(std::string_view from, std::string_view to) {
+  const auto& pairs = seed003_pairs();
+  return std::find(pairs.begin(), pairs.end(), std::pair(from, to)) != pairs.end();
+}
+
 TransitionCorpus only_pairs(const TransitionCorpus& corpus,
                             const std::vector<std::pair<std::string_view, std::string_view>>& pairs) {
   TransitionCorpus result{corpus.names, corpus.rate_hz, {}};

@@ -17,6 +17,10 @@ struct ExpressionCorpusOptions {
   std::size_t variants = 5;  ///< of every pair, [1, 100]
 };
 
+/// What the shipped weights were trained on, less its two held-out variants. A variant depends on the seed and its own
+/// number alone: any corpus of this seed shares its variants with this one.
+inline constexpr ExpressionCorpusOptions kShippedPerformances{.seed = 1, .variants = 30};
+
 /// All 30 directed pairs, `variants` of each. One variant of all pairs is one performance and goes to one side of the
 /// split: the last to the test, the one before to validation, if there are at least three. The AUs of `names` that the
 /// expressions need and that are not there stay masked.
@@ -25,6 +29,7 @@ TransitionCorpus perform_expressions(const std::vector<std::string>& names,
 
 /// Start and target of seed 003's Table 4.2 (its rows are starts): 17 pairs, 5 variants each, 85 transitions.
 const std::vector<std::pair<std::string_view, std::string_view>>& seed003_pairs();
+bool is_seed003_pair(std::string_view from, std::string_view to);
 
 /// Of a performed corpus, what seed 003's recordings hold.
 TransitionCorpus only_pairs(const TransitionCorpus& corpus,

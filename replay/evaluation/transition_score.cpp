@@ -27,43 +27,9 @@ std::vector<bool> moving(const AuMatrix& past, const AuMatrix& truth) {
   return result;
 }
 
-double largest_step(double start, const AuMatrix& course, Index au) {
-  double largest = 0, before = start;
-  for (Index k = 0; k < course.rows(); ++k) {
-    largest = std::max(largest, std::abs(course(k, au) - before));
-    before = course(k, au);
-  }
-  return largest;
-}
-
-double reactivation_of(double start, const AuMatrix& course, Index au) {
-  std::vector<float> values(static_cast<std::size_t>(course.rows()));
-  for (Index k = 0; k < course.rows(); ++k) values[static_cast<std::size_t>(k)] = course(k, au);
-  return reactivation_percent(start, values);
-}
-
 double last_step(const AuMatrix& past, const AuMatrix& course, Index au) {
   const Index last = course.rows() - 1;
   return std::abs(course(last, au) - (last > 0 ? double{course(last - 1, au)} : past_value(past, 0, au)));
-}
-
-Conspicuousness conspicuousness_of(const AuMatrix& past, const AuMatrix& truth, const AuMatrix& made) {
-  Conspicuousness result;
-  const Index last = truth.rows() - 1;
-  for (Index au = 0; au < truth.cols(); ++au) {
-    const double start = past_value(past, 0, au);
-    result.summed_error +=
-        (made.col(au) - truth.col(au)).cast<double>().squaredNorm() / static_cast<double>(truth.cols());
-    const double jump = kPercent * largest_step(start, made, au);
-    result.largest_jump_percent = std::max(result.largest_jump_percent, jump);
-    if (jump > 20) ++result.jumps_above_20;
-    result.reactivation_percent =
-        std::max(result.reactivation_percent, reactivation_of(start, made, au) - reactivation_of(start, truth, au));
-    const double at_start = std::abs(made(0, au) - start) - std::abs(truth(0, au) - start);
-    result.end_percent = std::max(
-        {result.end_percent, kPercent * at_start, kPercent * std::abs(double{made(last, au)} - truth(last, au))});
-  }
-  return result;
 }
 
 }  // namespace
@@ -91,22 +57,6 @@ std::vector<double> start_jumps_percent(const AuMatrix& past, const AuMatrix& ne
   for (Index au = 0; au < next.cols(); ++au)
     jumps.push_back(kPercent * std::abs(next(0, au) - past_value(past, 0, au)));
   return jumps;
-}
-
-double reactivation_percent(double start, std::span<const float> course) {
-  if (course.empty()) return 0;
-  const double sign = course.back() >= start ? 1 : -1;
-  double farthest = sign * start, against = 0;
-  for (const float value : course) {
-    farthest = std::max(farthest, sign * value);
-    against = std::max(against, farthest - sign * value);
-  }
-  return kPercent * against;
-}
-
-bool Conspicuousness::is_conspicuous() const noexcept {
-  return summed_error > 1 || largest_jump_percent > 40 || jumps_above_20 >= 3 || reactivation_percent > 25 ||
-         end_percent > 25;
 }
 
 TransitionScore score_transition(const AuMatrix& past, const AuMatrix& truth, const AuMatrix& made, double rate_hz) {
@@ -140,7 +90,7 @@ TransitionScore score_transition(const AuMatrix& past, const AuMatrix& truth, co
     score.end_step_percent =
         std::max(score.end_step_percent, kPercent * (last_step(past, made, au) - last_step(past, truth, au)));
     score.reactivation_percent =
-        std::max(score.reactivation_percent, reactivation_of(past_value(past, 0, au), made, au));
+        std::max(score.reactivation_percent, reactivation_percent(past_value(past, 0, au), made, au));
   }
   score.values_out_of_bounds = static_cast<int>(
       (made.cast<double>().array() < -kBoundTolerance || made.cast<double>().array() > kFullRange + kBoundTolerance)

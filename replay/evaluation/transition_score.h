@@ -2,15 +2,13 @@
 // of the full range 1.2, as in seed 003. x0 is the last past row, x1 the first generated one, xN the last.
 #pragma once
 
-#include <array>
-#include <span>
 #include <vector>
 
 #include "generate/transition.h"
+#include "replay/evaluation/conspicuousness.h"
 
 namespace risorius {
 
-inline constexpr double kFullRange = 1.2;
 /// An AU whose range over past and truth is above this moves.
 inline constexpr double kMovingRange = 0.05;
 
@@ -25,27 +23,6 @@ SeamJump seam_jump(const AuMatrix& past, const AuMatrix& next, double rate_hz, c
 
 /// |x1 - x0| of each AU, in %: the jumps of seed 003's tables.
 std::vector<double> start_jumps_percent(const AuMatrix& past, const AuMatrix& next);
-
-/// How far an AU runs against the way from its start to its end, in %: max over i < j of s (x_i - x_j), s the sign of
-/// xN - x0 (+1 if equal), i and j over start and course.
-double reactivation_percent(double start, std::span<const float> course);
-
-/// Seed 003's criteria for a conspicuous animation (its 6.3.1), as one formula:
-///
-///   conspicuous = E > 1  or  some J > 40 %  or  three J > 20 %  or  some R > 25 %  or  some S > 25 %
-///
-/// E: sum over frames of the mean over AUs of (made - truth)^2. Seed 003 says of its "absolute error" only that it
-/// averages AUs; this reading agrees with its own figures (0.07 to 0.58 at a mean squared error of 0.0014). J per AU:
-/// the largest |x_k - x_(k-1)|, start included. R per AU: reactivation above the truth's. S per AU: the larger one of
-/// |x1 - x0| minus the truth's, and |xN - target|.
-struct Conspicuousness {
-  double summed_error = 0;          ///< E
-  double largest_jump_percent = 0;  ///< of all J
-  int jumps_above_20 = 0;           ///< AUs
-  double reactivation_percent = 0;  ///< of all R
-  double end_percent = 0;           ///< of all S
-  bool is_conspicuous() const noexcept;
-};
 
 struct TransitionScore {
   double mean_squared_error = 0, mean_absolute_error = 0;  ///< over frames and AUs

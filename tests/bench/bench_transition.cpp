@@ -1,20 +1,22 @@
-// From one expression to another: bench_transition [--take FILE]... All generators on real transitions (alex_rom_3,
-// of which a part was trained on, and people never seen) and on the performer's six expressions.
-// With --take, tables of these takes alone. Writes transition.csv (a row per transition and model), transition_aus.csv
-// (per person, AU and model), transition_jumps.csv (first generated frame, as seed 003's tables) and pictures of
-// courses.
+// From one expression to another: bench_transition [--take FILE]... [--seed-weights FILE]... [--tables DIR]. All
+// generators on real transitions (alex_rom_3, of which a part was trained on, and people never seen) and on the
+// performer's six expressions; those of seed 003 where weights of `./run train seed` are given. With --take, tables of
+// these takes alone. Writes what transition_files.h says, and pictures of courses.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <fmt/core.h>
-#include <fstream>
-#include <map>
+#include <memory>
+#include <set>
 
 #include "bench/bench_report.h"
+#include "bench/transition_files.h"
 #include "bench/transition_runs.h"
+#include "capture/errors.h"
 #include "generate/interpolation.h"
+#include "generate/seed_generator.h"
 #include "generate/transition_models.h"
+#include "replay/corpus/expression_corpus.h"
 #include "replay/performer/random.h"
 #include "replay/transitions/transition_picture.h"
 #include "support/test_data.h"
@@ -26,12 +28,6 @@ constexpr const char* kTrainedTake = "alex_rom_3";
 constexpr std::uint64_t kSeed = 11;
 constexpr int kBootstraps = 1000;
 constexpr float kStraight = 0.15F;  // least stray of a transition that passes through a third pose
-
-struct ModelResult {
-  std::string name;
-  bool is_interpolation = false;
-  std::vector<MadeTransition> made;
-};
 
 struct Group {
   std::string name;
@@ -140,45 +136,6 @@ void report(const std::vector<ModelResult>& results, BenchReport& to) {
   }
 }
 
-void write_tables(const std::filesystem::path& folder, const TransitionCases& cases,
-                  const std::vector<ModelResult>& results) {
-  std::ofstream each(folder / "transition.csv"), aus(folder / "transition_aus.csv"),
-      jumps(folder / "transition_jumps.csv");
-  each << "take,begin_s,from,to,variant,real,seen,frames,stray,model,mse,mae,summed_error,seam_value,"
-          "seam_value_truth,mean_jump_percent,largest_jump_percent,end_error_percent,reactivation_percent,"
-          "out_of_bounds,nearest_rms,conspicuous\n";
-  jumps << "take,begin_s,from,to,variant,model,au,last,first,jump_percent\n";
-  std::map<std::pair<std::string, std::string>, std::pair<std::vector<double>, double>> by_au;
-  for (const ModelResult& result : results) {
-    for (const MadeTransition& one : result.made) {
-      const Transition& t = one.of->transition;
-      const TransitionScore& s = one.score;
-      const std::string key = fmt::format("{},{:.3f},{},{},{}", t.take, t.begin_s, t.from, t.to, t.variant);
-      each << fmt::format(
-          "{},{},{},{},{:.3f},{},{:.6e},{:.6e},{:.4f},{:.6f},{:.6f},{:.3f},{:.3f},{:.3f},{:.3f},{},{:.5f},{}\n", key,
-          one.of->is_real ? 1 : 0, one.of->is_seen ? 1 : 0, t.course.rows(), t.stray, result.name, s.mean_squared_error,
-          s.mean_absolute_error, s.conspicuousness.summed_error, s.seam.value, s.truth_seam.value, s.mean_jump_percent,
-          s.largest_jump_percent, s.end_error_percent, s.reactivation_percent, s.values_out_of_bounds, one.nearest_rms,
-          s.conspicuousness.is_conspicuous() ? 1 : 0);
-      auto& [sums, count] = by_au[{one.of->is_real ? t.take : "performer", result.name}];
-      sums.resize(cases.names.size());
-      for (std::size_t au = 0; au < sums.size(); ++au) sums[au] += s.squared_error_by_au[au];
-      ++count;
-      const std::vector<double> first = start_jumps_percent(t.past, one.course);
-      for (std::size_t au = 0; au < first.size(); ++au) {
-        const auto column = static_cast<Eigen::Index>(au);
-        jumps << fmt::format("{},{},{},{:.4f},{:.4f},{:.3f}\n", key, result.name, cases.names[au],
-                             t.past(t.past.rows() - 1, column), one.course(0, column), first[au]);
-      }
-    }
-  }
-  aus << "take,model,au,mse\n";
-  for (const auto& [key, sums] : by_au) {
-    for (std::size_t au = 0; au < cases.names.size(); ++au)
-      aus << fmt::format("{},{},{},{:.6e}\n", key.first, key.second, cases.names[au], sums.first[au] / sums.second);
-  }
-}
-
 /// The median of each group by the default's error, so that nothing is picked by hand.
 void draw_examples(const std::filesystem::path& folder, const TransitionCases& cases,
                    const std::vector<ModelResult>& results) {
@@ -208,7 +165,41 @@ void draw_examples(const std::filesystem::path& folder, const TransitionCases& c
   }
 }
 
-int bench(const std::vector<std::filesystem::path>& takes, bool is_standard) {
+struct Arguments {
+  std::vector<std::filesystem::path> takes, seed_weights;
+  std::filesystem::path tables;
+  bool is_standard = false;
+};
+
+using Models = std::vector<std::unique_ptr<TransitionModel>>;
+
+/// The default first. Throws UserError for weights that are no seed's.
+Models make_models(const Arguments& arguments, const std::vector<std::string>& au_names) {
+  Models models;
+  for (const std::string_view name : kTransitionModelNames) models.push_back(make_transition_model(name, au_names));
+  std::set<std::string, std::less<>> names;
+  for (const std::filesystem::path& path : arguments.seed_weights) {
+    const Safetensors weights = load_safetensors(path);
+    for (const SeedCure cure : {SeedCure::kNone, SeedCure::kReinterpolated}) {
+      models.push_back(std::make_unique<SeedGenerator>(weights, path.string(), au_names, cure));
+      if (!names.emplace(models.back()->name()).second)
+        throw UserError(path.string(), fmt::format("is a model '{}', as a file before it", models.back()->name()),
+                        "give each model once");
+    }
+  }
+  return models;
+}
+
+std::vector<ModelResult> make_results(const Models& models, const TransitionCases& cases) {
+  std::vector<ModelResult> results;
+  for (const auto& model : models) {
+    const std::string name(model->name());
+    results.push_back({name, make_interpolation(name) != nullptr, make_all(cases, *model)});
+  }
+  return results;
+}
+
+int bench(const Arguments& arguments) {
   const auto folder = std::filesystem::path(RISORIUS_SOURCE_DIR) / "build/bench";
   std::filesystem::create_directories(folder);
   const StillnessOptions still;
@@ -217,13 +208,10 @@ int bench(const std::vector<std::filesystem::path>& takes, bool is_standard) {
       "transitions of {} to {} frames at {:g} Hz that change some AU by {:g}\n",
       still.most_speed, 1e3 * still.window_s, 1e3 * still.least_still_s, still.least_frames, still.most_frames,
       kCorpusRateHz, still.least_change);
-  const TransitionCases cases = transition_cases(takes, kTrainedTake);
+  const Models models = make_models(arguments, corpus_aus());
+  const TransitionCases cases = transition_cases(arguments.takes, kTrainedTake);
   for (const Group& group : kGroups) fmt::print("{:<24} {:>4} transitions\n", group.name, count_of(cases, group));
-  std::vector<ModelResult> results;
-  for (const std::string_view name : kTransitionModelNames) {
-    const auto model = make_transition_model(name, cases.names);
-    results.push_back({std::string(name), make_interpolation(name) != nullptr, make_all(cases, *model)});
-  }
+  const std::vector<ModelResult> results = make_results(models, cases);
   for (const Group& group : kGroups) print_group(group.name, results, group.holds);
   std::vector<std::string> people;
   for (const TransitionCase& one : cases.cases) {
@@ -233,10 +221,12 @@ int bench(const std::vector<std::filesystem::path>& takes, bool is_standard) {
     print_group(person + ", unseen", results,
                 [&](const TransitionCase& c) { return c.is_real && !c.is_seen && c.transition.take == person; });
   }
-  write_tables(folder, cases, results);
+  write_transition_csv(folder, cases, results);
   draw_examples(folder, cases, results);
   fmt::print("written: build/bench/transition.csv, transition_aus.csv, transition_jumps.csv\n");
-  if (!is_standard) return 0;
+  write_seed003_tables(arguments.tables, cases, results);
+  fmt::print("written: {}: seed 003's tables\n", arguments.tables.string());
+  if (!arguments.is_standard) return 0;
   BenchReport to("transition");
   report(results, to);
   return to.finish();
@@ -247,22 +237,24 @@ int bench(const std::vector<std::filesystem::path>& takes, bool is_standard) {
 
 int main(int argc, char** argv) {
   CLI::App app("from one expression to another");
-  std::vector<std::string> chosen;
-  app.add_option("--take", chosen, "Live Link Face CSV, instead of the standard ones");
+  risorius::bench::Arguments arguments;
+  arguments.tables = std::filesystem::path(RISORIUS_SOURCE_DIR) / "build/bench/transition-tables";
+  app.add_option("--take", arguments.takes, "Live Link Face CSV, instead of the standard ones");
+  app.add_option("--seed-weights", arguments.seed_weights, "safetensors of `./run train seed`, a model more each");
+  app.add_option("--tables", arguments.tables, "folder for seed 003's tables, CSV and PNG");
   CLI11_PARSE(app, argc, argv);
-  std::vector<std::filesystem::path> takes(chosen.begin(), chosen.end());
-  const bool is_standard = takes.empty();
+  arguments.is_standard = arguments.takes.empty();
   const std::filesystem::path arkit = risorius::test::data_folder() / "arkit";
   try {
-    if (is_standard) {
+    if (arguments.is_standard) {
       for (const char* name : {"alex_rom_3.csv", "MySlate_161_iPhone_cal.csv", "MySlate_164_iPhone_cal.csv",
                                "MySlate_167_iPhone_cal.csv"}) {
         if (!std::filesystem::exists(arkit / name))
           throw std::runtime_error("the recordings are not there: set RISORIUS_DATA to the data folder");
-        takes.push_back(arkit / name);
+        arguments.takes.push_back(arkit / name);
       }
     }
-    return risorius::bench::bench(takes, is_standard);
+    return risorius::bench::bench(arguments);
   } catch (const std::exception& error) {
     fmt::print(stderr, "bench_transition: {}\n", error.what());
     return 1;

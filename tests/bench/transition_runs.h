@@ -21,10 +21,11 @@ struct TransitionCase {
 struct TransitionCases {
   std::vector<std::string> names;  ///< AUs
   std::vector<TransitionCase> cases;
-  SequenceIndex trained{0};  ///< all seen courses
+  SequenceIndex trained{0};  ///< all courses that the shipped model was trained on, but for its ranges of motion
 };
 
-/// Real ones of these takes, of which `trained_take` was trained on in part; and the performer's six expressions.
+/// Real ones of these takes, of which `trained_take` was trained on in part; and of the performer's six expressions
+/// three variants that were trained on and the two that were held out.
 TransitionCases transition_cases(const std::vector<std::filesystem::path>& takes, const std::string& trained_take);
 
 struct MadeTransition {
@@ -36,6 +37,13 @@ struct MadeTransition {
 
 /// In the order of the cases. Shows progress.
 std::vector<MadeTransition> make_all(const TransitionCases& cases, TransitionModel& model);
+
+/// All that one model made.
+struct ModelResult {
+  std::string name;
+  bool is_interpolation = false;
+  std::vector<MadeTransition> made;
+};
 
 /// Of some transitions together.
 struct TransitionSummary {

@@ -114,6 +114,16 @@ TEST(ExpressionCorpus, TheSameSeedGivesTheSameBits) {
   EXPECT_NE(a.transitions[0].course.sum(), c.transitions[0].course.sum());
 }
 
+TEST(ExpressionCorpus, AVariantIsTheSameHoweverManyThereAre) {
+  // So two corpora of one seed share performances: what one of them holds out, the other may train on.
+  const TransitionCorpus one = perform_expressions(corpus_aus(), {3, 1}),
+                         three = perform_expressions(corpus_aus(), {3, 3});
+  ASSERT_EQ(one.transitions.size() * 3, three.transitions.size());
+  for (std::size_t i = 0; i < one.transitions.size(); ++i)
+    EXPECT_EQ(one.transitions[i].course, three.transitions[i].course);
+  EXPECT_EQ(three.transitions.back().part, CorpusPart::kTest);
+}
+
 TEST(Augmentation, VariesPaceStrengthAndSideWithinTheLimits) {
   const TransitionCorpus corpus = perform_expressions(corpus_aus(), {1, 1});
   const auto mirrored = other_sides(corpus.names);

@@ -73,18 +73,6 @@ TEST(TransitionScore, OnlyAusThatMoveCountForTheSeam) {
   EXPECT_NEAR(s.largest_jump_percent, 33.3333, 1e-3);
 }
 
-TEST(TransitionScore, ReactivationIsTheWayAgainstTheTransition) {
-  const auto percent = [](double start, std::initializer_list<float> course) {
-    return reactivation_percent(start, std::vector<float>(course));
-  };
-  EXPECT_NEAR(percent(1, {0.8F, 0.5F, 0.2F, 0}), 0, 1e-4) << "straight down";
-  EXPECT_NEAR(percent(1, {0.5F, 0.8F, 0.2F, 0}), 25, 1e-4) << "up again by 0.3";
-  EXPECT_NEAR(percent(0.2, {0.6F, 0.3F, 0.9F}), 25, 1e-4) << "down again on the way up";
-  EXPECT_NEAR(percent(0, {0.6F, 0}), 50, 1e-4) << "there and back";
-  EXPECT_NEAR(percent(1, {1.12F, 0}), 10, 1e-4) << "first the wrong way";
-  EXPECT_EQ(percent(0.5, {}), 0);
-}
-
 TEST(TransitionScore, CountsWhatLeavesTheBounds) {
   const TransitionScore s = score(column({0}), column({0.1, 0.2, 0.3, 0.4}), column({-0.01, 1.3, 1.2, 0.4}));
   EXPECT_EQ(s.values_out_of_bounds, 2);
@@ -105,38 +93,6 @@ TEST(TransitionScore, TheTruthItselfIsInconspicuousAndWithoutErrors) {
 TEST(TransitionScore, HoldJumpsAtItsEnd) {
   const TransitionScore s = score(column({0}), column({0.2, 0.4, 0.6}), column({0, 0, 0.6}));
   EXPECT_NEAR(s.end_step_percent, 100 * (0.6 - 0.2) / 1.2, 1e-3);
-}
-
-TEST(Conspicuousness, IsEachOfItsCriteriaAlone) {
-  const Conspicuousness none{.summed_error = 1,
-                             .largest_jump_percent = 40,
-                             .jumps_above_20 = 2,
-                             .reactivation_percent = 25,
-                             .end_percent = 25};
-  EXPECT_FALSE(none.is_conspicuous());
-  const auto with = [&](auto change) {
-    Conspicuousness c = none;
-    change(c);
-    return c.is_conspicuous();
-  };
-  EXPECT_TRUE(with([](auto& c) { c.summed_error = 1.01; }));
-  EXPECT_TRUE(with([](auto& c) { c.largest_jump_percent = 40.1; }));
-  EXPECT_TRUE(with([](auto& c) { c.jumps_above_20 = 3; }));
-  EXPECT_TRUE(with([](auto& c) { c.reactivation_percent = 25.1; }));
-  EXPECT_TRUE(with([](auto& c) { c.end_percent = 25.1; }));
-}
-
-TEST(Conspicuousness, SeesAJumpAnywhereInTheCourse) {
-  AuMatrix truth(10, 3), made(10, 3);
-  for (Eigen::Index row = 0; row < 10; ++row) {
-    truth.row(row).setConstant(0.1F * static_cast<float>(row + 1));
-    made.row(row).setConstant(row < 5 ? 0.4F : 0.7F);  // 33 % at the start, 25 % in the middle
-  }
-  made.row(9) = truth.row(9);
-  const TransitionScore s = score(AuMatrix::Zero(1, 3), truth, made);
-  EXPECT_EQ(s.conspicuousness.jumps_above_20, 3);
-  EXPECT_NEAR(s.conspicuousness.largest_jump_percent, 100 * 0.4 / 1.2, 1e-3);
-  EXPECT_TRUE(s.conspicuousness.is_conspicuous());
 }
 
 TEST(TransitionScore, RefusesSizesThatDoNotFit) {
