@@ -16,7 +16,7 @@ ClosedLoop::ClosedLoop(const RunningDaemon& daemon, const std::string& source, d
       sender_(parse_send_target(daemon.input(source))),
       answers_(context_, zmq::socket_type::sub) {
   answers_.set(zmq::sockopt::subscribe, "au");
-  answers_.set(zmq::sockopt::rcvtimeo, 100);
+  answers_.set(zmq::sockopt::rcvtimeo, 10'000);  // so long that an answer after that is none on any machine
   answers_.connect(daemon.publish());
   while (set_.names.size() < markers) set_.names.push_back("extra" + std::to_string(set_.names.size()));
   sender_.send_marker_set(set_);

@@ -138,7 +138,10 @@ TEST(ZmqSource, WithCurveOnlyListedKeysGetThroughAndTheOthersAreCounted) {
     push.set(zmq::sockopt::reconnect_ivl, -1);  // one try, so that they can be counted
     if (curve) use_curve(push, *curve);
     push.connect(source.endpoint().substr(kPrefix));
-    send(push, datagrams_of(marker_set(5)));
+    // Without waiting: a socket that was refused already has nobody to send to, and none will come.
+    for (const auto& message : datagrams_of(marker_set(5))) {
+      (void)push.send(zmq::buffer(message), zmq::send_flags::dontwait);
+    }
     return push;
   };
   const auto& counters = source.counters();
