@@ -28,6 +28,9 @@ struct Timecode {
   std::uint8_t frames = 0;
   std::uint8_t frame_rate = 0;
   bool drop_frame = false;
+
+  /// Does a clock of this rate ever show it?
+  constexpr bool possible() const noexcept { return hours < 24 && minutes < 60 && seconds < 60 && frames < frame_rate; }
 };
 
 struct FrameHeader {

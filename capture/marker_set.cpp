@@ -73,6 +73,8 @@ Position Axes::from_world(Position p) const noexcept {
   return {source[0], source[1], source[2]};
 }
 
+bool is_rate(double rate_hz) noexcept { return rate_hz >= 0.01 && rate_hz <= 100'000; }
+
 std::vector<std::string> problems_of(const MarkerSet& set) {
   std::vector<std::string> problems;
   if (set.names.empty()) problems.push_back("the marker set has no names");
@@ -92,7 +94,7 @@ std::vector<std::string> problems_of(const MarkerSet& set) {
     if (!name.empty() && !seen.insert(name).second)
       problems.push_back(fmt::format("marker name \"{}\" stands twice", name));
   }
-  if (set.rate_hz != 0 && !(set.rate_hz >= 0.01 && set.rate_hz <= 100'000)) {
+  if (set.rate_hz != 0 && !is_rate(set.rate_hz)) {
     problems.push_back(fmt::format("rate {} Hz is neither 0 (not stated) nor from 0.01 to 100000", set.rate_hz));
   }
   if (!std::isfinite(set.mm_per_unit) || set.mm_per_unit <= 0) {

@@ -50,6 +50,9 @@ struct MarkerSet {
 /// What is wrong with the set, one sentence each; empty if nothing.
 std::vector<std::string> problems_of(const MarkerSet& set);
 
+/// One that a set may state: 0.01 to 100000 Hz.
+bool is_rate(double rate_hz) noexcept;
+
 /// For each name of `to` its index in `from`, or -1.
 std::vector<int> index_map(const std::vector<std::string>& from, const std::vector<std::string>& to);
 

@@ -1,21 +1,14 @@
 #include "daemon/config.h"
 
 #include <algorithm>
-#include <array>
-#include <boost/asio/ip/address_v4.hpp>
-#include <set>
 
-#include "capture/errors.h"
-#include "capture/marker_set.h"
-#include "capture/wire/live_link_codec.h"
-#include "daemon/source_address.h"
+#include "daemon/config_checks.h"
 
 namespace risorius {
 namespace {
 
 constexpr double kGigabyte = 1 << 30;
 constexpr std::size_t kMostSources = 64;
-constexpr std::size_t kLongestSourceName = 100;
 
 /// What the model may be, in words.
 const std::string& shown_models() {
@@ -110,72 +103,6 @@ void visit_source(V& v, C& c) {
   v.number("receive_buffer_bytes", c.receive_buffer_bytes, 4096, kGigabyte, "socket buffer asked of the kernel (UDP)");
 }
 
-void check_natnet(const SourceConfig& source, const std::string& place, ConfigProblems& problems) {
-  const std::string& markers = source.natnet_markers;
-  if (!markers.empty() && markers != "labelled" && !(markers.starts_with("set:") && markers.size() > 4)) {
-    problems.add(place + ".natnet_markers", "\"" + markers + "\" names no choice of markers",
-                 "give \"\", \"labelled\" or \"set:NAME\"");
-  }
-  const auto check_address = [&](const char* key, const std::string& address, bool multicast) {
-    if (address.empty()) return;
-    boost::system::error_code error;
-    const auto parsed = boost::asio::ip::make_address_v4(address, error);
-    if (!error && parsed.is_multicast() == multicast) return;
-    problems.add(place + "." + key, "\"" + address + "\" is no such IPv4 address",
-                 multicast ? "such as 239.255.42.99, or \"\"" : "such as 192.168.1.10, or \"\"");
-  };
-  check_address("natnet_local_address", source.natnet_local_address, false);
-  check_address("natnet_multicast_group", source.natnet_multicast_group, true);
-  if (!parse_natnet_timecode(source.natnet_timecode)) {
-    problems.add(place + ".natnet_timecode", "\"" + source.natnet_timecode + "\" is no rate of timecode",
-                 "give 24, 25, 30, 30df, 50 or 60");
-  }
-}
-
-void check_source(const SourceConfig& source, const std::string& place, ConfigProblems& problems) {
-  const bool name_is_plain =
-      !source.name.empty() && source.name.size() <= kLongestSourceName &&
-      source.name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_") ==
-          std::string::npos;
-  if (!name_is_plain)
-    problems.add(place + ".name", fmt::format("\"{}\" cannot name a folder", shown(source.name)),
-                 fmt::format("use letters, digits, - and _, at most {} of them", kLongestSourceName));
-  try {
-    parse_source_address(source.listen);
-  } catch (const UserError& error) {
-    problems.add(place + ".listen", error.what(), "port 0 lets the system choose");
-  }
-  if (source.zmq_pattern != "pull" && source.zmq_pattern != "sub") {
-    problems.add(place + ".zmq_pattern", "\"" + source.zmq_pattern + "\" is neither \"pull\" nor \"sub\"",
-                 "give one of them");
-  }
-  if (!(source.curve_key.empty() && source.curve_clients.empty()) && !source.listen.starts_with("zmq+")) {
-    problems.add(place + (source.curve_key.empty() ? ".curve_clients" : ".curve_key"),
-                 source.listen + " cannot be encrypted",
-                 "only zmq+tcp:// can: leave it out, or let the sender use zmq+tcp://");
-  }
-  check_natnet(source, place, problems);
-  if (source.qtm_frames != "tcp" && source.qtm_frames != "udp") {
-    problems.add(place + ".qtm_frames", "\"" + source.qtm_frames + "\" is neither \"tcp\" nor \"udp\"",
-                 "give one of them");
-  }
-  if (source.livelink_device.size() > kMaxLiveLinkNameBytes) {
-    problems.add(place + ".livelink_device", fmt::format("is longer than {} bytes", kMaxLiveLinkNameBytes),
-                 "give the subject name that the app shows");
-  }
-  if (source.livelink_rate_hz > 0 && source.livelink_rate_hz < 1) {
-    problems.add(place + ".livelink_rate_hz", fmt::format("{} is below 1", source.livelink_rate_hz),
-                 "give 1 to 1000, or 0 = as the packets say");
-  }
-  if (!source.units.empty() && !parse_unit(source.units)) {
-    problems.add(place + ".units", "\"" + source.units + "\" is not a known unit", "give mm, cm, m or \"\"");
-  }
-  if (!source.axes.empty() && !Axes::parse(source.axes)) {
-    problems.add(place + ".axes", "\"" + source.axes + "\" does not name three different directions",
-                 "give one of L R, one of U D and one of F B in the order of x y z, such as \"LUF\", or \"\"");
-  }
-}
-
 void read_sources(TomlReader& root, const StageConfig& defaults, ConfigProblems& problems, Config& config) {
   const toml::node* node = root.find("source");
   if (node == nullptr) {
@@ -196,46 +123,15 @@ void read_sources(TomlReader& root, const StageConfig& defaults, ConfigProblems&
     visit_source(reader, source);
     read_stage_tables(reader, source.stages);
     reader.refuse_unknown();
-    check_source(source, place, problems);
     config.sources.push_back(std::move(source));
-  }
-}
-
-void refuse_shared_names_and_ports(const Config& config, ConfigProblems& problems) {
-  std::set<std::string> names, addresses;
-  for (const auto& source : config.sources) {
-    if (!names.insert(source.name).second)
-      problems.add("source.name", "two sources are called \"" + source.name + "\"", "give each its own name");
-    const bool any_port = source.listen.ends_with(":0");
-    // Two subjects of one server are two connections.
-    const bool connects = source.listen.starts_with("vicon://") || source.listen.starts_with("qtm://");
-    if (!any_port && !connects && !addresses.insert(source.listen).second) {
-      problems.add("source.listen", "two sources listen on " + source.listen, "give each its own port");
-    }
   }
 }
 
 }  // namespace
 
-std::optional<NatnetTimecode> parse_natnet_timecode(std::string_view text) {
-  constexpr std::array<std::pair<std::string_view, NatnetTimecode>, 6> kKnown{
-      {{"24", {24}}, {"25", {25}}, {"30", {30}}, {"30df", {30, true}}, {"50", {50}}, {"60", {60}}}};
-  for (const auto& [name, timecode] : kKnown) {
-    if (name == text) return timecode;
-  }
-  return std::nullopt;
-}
-
 Config default_config() { return Config{.sources = {SourceConfig{}}}; }
 
 namespace {
-
-bool lies_in(const std::filesystem::path& file, const std::filesystem::path& folder) {
-  if (file.empty() || folder.empty()) return false;
-  const auto relative = std::filesystem::absolute(file).lexically_normal().lexically_relative(
-      std::filesystem::absolute(folder).lexically_normal());
-  return !relative.empty() && *relative.begin() != "..";
-}
 
 Config config_of(const toml::table& table, const std::string& place) {
   Config config;
@@ -243,19 +139,6 @@ Config config_of(const toml::table& table, const std::string& place) {
   TomlReader root(table, "", problems);
   root.table("output", [&](auto& v) { visit_output(v, config.output); });
   root.table("record", [&](auto& v) { visit_record(v, config.record); });
-  if (config.record.follow != "always" && config.record.follow != "tracker") {
-    problems.add("record.follow", fmt::format("\"{}\" is neither \"always\" nor \"tracker\"", config.record.follow),
-                 "give one of them");
-  }
-  if (lies_in(config.record.session, config.record.folder)) {
-    problems.add("record.session", "lies in record.folder, whose manifest is written before the session ends",
-                 "give a file elsewhere");
-  }
-  const bool any_port = config.output.publish.ends_with(":*") || config.output.publish.ends_with(":0");
-  if (!any_port && config.output.publish == config.output.control) {
-    problems.add("output.control", "is the address of publish, too: " + config.output.control,
-                 "give each an address of its own");
-  }
   root.table("queues", [&](auto& v) { visit_queues(v, config.queues); });
   root.table("shown", [&](auto& v) { visit_shown(v, config.shown); });
   const auto models = kTransitionModelNames;
@@ -265,7 +148,7 @@ Config config_of(const toml::table& table, const std::string& place) {
   read_stage_tables(root, defaults);
   read_sources(root, defaults, problems, config);
   root.refuse_unknown();
-  refuse_shared_names_and_ports(config, problems);
+  check_config(config, problems);
   throw_if_any(problems, place);
   return config;
 }

@@ -11,7 +11,8 @@ using enum CounterKind;
 constexpr auto kStreamCounters = std::to_array<CounterRow>({
     {"endpoint", kText, "", "where senders can send, or what we are connected to", ""},
     {"state", kText, "",
-     "streaming; stale: nothing came for three frame times; else the link's state. A change is published at once",
+     "streaming; stale: nothing came for three frame times; waiting: the stream has ended; else the link's state. A "
+     "change is published at once",
      "stale: is the tracker on, the cable in, the sender alive?"},
     {"silences", kCount, "", "how often the stream went stale", "a network or a sender that pauses"},
     {"link.state", kText, "",
@@ -29,9 +30,9 @@ constexpr auto kStreamCounters = std::to_array<CounterRow>({
      ""},
     {"clock.leaps", kCount, "", "how often the tracker's clock leapt and was learnt anew", "somebody sets the clock"},
     {"tracker", kReasons, "",
-     "what only some protocols count, in the protocol's own words (QTM, Vicon, Live Link Face)",
+     "what only some protocols count, in the protocol's own words (NatNet, QTM, Vicon, Live Link Face)",
      "unlabelled_markers: label the trajectories; skipped or dropped frames: the tracker's machine or network; "
-     "frames_without_face: the phone sees nobody"},
+     "frames_without_face: the phone sees nobody; impossible_timecodes: set `natnet_timecode` to the generator's rate"},
     {"recording_events", kCount, "", "starts and stops of the tracker's own recording",
      "recorded by them if `[record] follow = \"tracker\"`"},
     {"datagrams", kLedger, "datagrams", "ZeroMQ: messages; TCP: packets", ""},

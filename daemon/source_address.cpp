@@ -35,6 +35,13 @@ const Scheme& scheme_of(std::string_view url) {
 
 }  // namespace
 
+std::string_view scheme_of(SourceKind kind) noexcept {
+  for (const Scheme& scheme : kSchemes) {
+    if (scheme.kind == kind) return scheme.text;
+  }
+  return {};
+}
+
 SourceAddress parse_source_address(std::string_view url) {
   const Scheme& scheme = scheme_of(url);
   const auto fail = [url](const std::string& problem) {
@@ -67,12 +74,8 @@ SourceAddress parse_source_address(std::string_view url) {
 }
 
 std::string to_url(const SourceAddress& address) {
-  std::string_view text;
-  for (const Scheme& scheme : kSchemes) {
-    if (scheme.kind == address.kind) text = scheme.text;
-  }
   const bool ipv6 = address.host.find(':') != std::string::npos;
-  return fmt::format("{}{}{}{}:{}", text, ipv6 ? "[" : "", address.host, ipv6 ? "]" : "", address.port);
+  return fmt::format("{}{}{}{}:{}", scheme_of(address.kind), ipv6 ? "[" : "", address.host, ipv6 ? "]" : "", address.port);
 }
 
 }  // namespace risorius

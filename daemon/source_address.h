@@ -19,6 +19,9 @@ struct SourceAddress {
 /// Throws UserError naming the text and what it should look like.
 SourceAddress parse_source_address(std::string_view url);
 
+/// "natnet://" and so on.
+std::string_view scheme_of(SourceKind kind) noexcept;
+
 /// As parse_source_address reads it.
 std::string to_url(const SourceAddress& address);
 

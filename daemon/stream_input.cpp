@@ -169,7 +169,9 @@ void StreamInput::admit_end() {
 std::string_view StreamInput::state() const noexcept {
   if (watchdog_.stale()) return "stale";
   if (stream_open_) return "streaming";
-  return name_of(source().link.load());
+  // What streams to us is between two streams: the one that came has ended, or of the next nothing is in order yet.
+  const LinkState link = source().link.load();
+  return name_of(link == LinkState::kStreaming ? LinkState::kWaiting : link);
 }
 
 void StreamInput::note_arrival(const FrameHeader& header) noexcept {

@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fmt/format.h>
-#include <set>
 
-#include "capture/utf8.h"
+#include "capture/wire/tracker_names.h"
 
 namespace risorius {
 namespace {
@@ -64,46 +62,23 @@ std::vector<NatnetMarkerMap::Group> NatnetMarkerMap::groups_of(std::span<const N
   return groups;
 }
 
-namespace {
-
-/// As many whole characters of clean UTF-8 as fit.
-std::string cut(std::string_view text, std::size_t most_bytes) {
-  std::size_t bytes = 0;
-  while (bytes < text.size()) {
-    const std::size_t next = utf8_length(text.substr(bytes));
-    if (next == 0 || bytes + next > most_bytes) break;
-    bytes += next;
-  }
-  return std::string(text.substr(0, bytes));
-}
-
-}  // namespace
-
 NatnetError NatnetMarkerMap::build(std::span<const NatnetAsset> model, std::string_view markers) {
   const std::string_view wanted_set =
       markers.starts_with(kSetPrefix) ? markers.substr(kSetPrefix.size()) : std::string_view();
   std::vector<std::vector<std::string>> names_of;
   std::vector<Group> groups = groups_of(model, wanted_set, names_of);
-  std::vector<std::string> names;
-  std::set<std::string> used;
+  TrackerNames names;
   for (std::size_t g = 0; g < groups.size(); ++g) {
     if (!groups[g].wanted) continue;
     groups[g].first = names.size();
+    names.begin_group();
     for (std::size_t m = 0; m < groups[g].count; ++m) {
       if (names.size() == kMaxMarkers) return NatnetError::kTooManyMarkers;
-      // Motive takes any bytes for a name; what is made of them here is a name everywhere.
-      const std::string own = names_of[g][m].empty() ? std::to_string(m + 1) : utf8_of(names_of[g][m]);
-      std::string name = cut(own, kMaxNameBytes);
-      if (used.contains(name)) name = cut(fmt::format("{}:{}", utf8_of(groups[g].name), own), kMaxNameBytes);
-      for (std::size_t n = 2; !used.insert(name).second; ++n) {
-        const std::string number = fmt::format("#{}", n);
-        name = cut(own, kMaxNameBytes - number.size()) + number;
-      }
-      names.push_back(std::move(name));
+      names.add(names_of[g][m], groups[g].name);
     }
   }
-  if (names.empty()) return NatnetError::kNoMarkers;
-  names_ = std::move(names);
+  if (names.size() == 0) return NatnetError::kNoMarkers;
+  names_ = names.take();
   groups_ = std::move(groups);
   labelled_only_ = markers == "labelled";
   return NatnetError::kNone;

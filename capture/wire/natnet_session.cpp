@@ -12,9 +12,9 @@
 namespace risorius {
 namespace {
 
-constexpr double kLowestRateHz = 0.01, kHighestRateHz = 1e5;  // what problems_of takes
 constexpr std::int32_t kRestartFrames = 100;  // a frame number that goes back farther is a server that began anew
-constexpr double kMostSeconds = 9e9;          // that fit into int64 ns
+constexpr std::int64_t kShortestRunNs = 1'000'000'000;
+constexpr double kMostSeconds = 9e9;  // that fit into int64 ns
 
 const NatnetOptions& checked(const NatnetOptions& options) {
   if (!(std::isfinite(options.mm_per_unit) && options.mm_per_unit > 0)) {
@@ -42,7 +42,11 @@ bool ticks_to_ns(std::uint64_t ticks, std::uint64_t frequency, std::int64_t& tim
 }  // namespace
 
 NatnetSession::NatnetSession(const NatnetOptions& options)
-    : options_(checked(options)), events_(options.event_capacity), counters_(natnet_error_names()) {
+    : options_(checked(options)),
+      events_(options.event_capacity),
+      counters_(natnet_error_names()),
+      extras_{{{"impossible_timecodes", &impossible_timecodes_}}} {
+  counters_.extras = extras_;
   wait_ns_ = options_.first_wait_ns;
   counters_.link = LinkState::kConnecting;
 }
@@ -121,8 +125,7 @@ NatnetError NatnetSession::take_response(std::span<const std::byte> payload, std
   if (phase_ != Phase::kAskingRate) return NatnetError::kNone;
   ByteReader reader(payload);
   const auto rate_hz = reader.read<float>();
-  if (reader.ok() && std::isfinite(rate_hz) && rate_hz >= kLowestRateHz && rate_hz <= kHighestRateHz)
-    rate_hz_ = static_cast<double>(rate_hz);
+  if (reader.ok() && is_rate(static_cast<double>(rate_hz))) rate_hz_ = static_cast<double>(rate_hz);
   enter(Phase::kAskingModel, now_ns);
   return NatnetError::kNone;
 }
@@ -142,15 +145,16 @@ NatnetError NatnetSession::begin_or_change(std::int64_t now_ns) {
   const MarkerSet* set = store(map_.names());
   if (set == nullptr) return NatnetError::kTooManySets;
   if (phase_ != Phase::kStreaming) {
-    begin_session();
+    begin_session(now_ns);
     enter(Phase::kStreaming, now_ns);
   }
   use(set);
   return NatnetError::kNone;
 }
 
-void NatnetSession::begin_session() noexcept {
+void NatnetSession::begin_session(std::int64_t now_ns) noexcept {
   ++session_;
+  began_ns_ = now_ns;
   counters_.sessions.add();
   events_.emit(SourceEventKind::kNewSession, session_);
   set_ = nullptr;
@@ -166,11 +170,11 @@ void NatnetSession::use(const MarkerSet* set) noexcept {
 }
 
 /// The server began anew, and we have not noticed its absence: what comes now is another run of it.
-void NatnetSession::follow_restart() noexcept {
+void NatnetSession::follow_restart(std::int64_t now_ns) noexcept {
   const MarkerSet* set = set_;
   end_stream();
   counters_.reconnects.add();
-  begin_session();
+  begin_session(now_ns);
   use(set);
 }
 
@@ -195,7 +199,7 @@ NatnetError NatnetSession::take_frame(std::span<const std::byte> payload, std::i
   }
   const bool restarted = goes_back(frame.frame_number, now_ns);
   watch(frame, restarted, now_ns);
-  if (restarted) follow_restart();
+  if (restarted) follow_restart(now_ns);
   last_frame_number_ = frame.frame_number;
   if (now_ns < changing_until_ns_) return NatnetError::kModelChanging;
   std::int64_t capture_time_ns = 0;
@@ -218,11 +222,12 @@ NatnetError NatnetSession::take_frame(std::span<const std::byte> payload, std::i
   return NatnetError::kNone;
 }
 
-/// So far, or after such a time, that it is no disorder of the network.
+/// So far, or after such a time, that it is no disorder of the network. A number that stands still is no new run, and
+/// one that leaps to and fro begins at most one a second.
 bool NatnetSession::goes_back(std::int32_t frame_number, std::int64_t now_ns) const noexcept {
-  if (framed_ns_ == INT64_MIN) return false;
+  if (framed_ns_ == INT64_MIN || now_ns - began_ns_ < kShortestRunNs) return false;
   const std::int64_t back = std::int64_t{last_frame_number_} - frame_number;
-  return back > kRestartFrames || (back >= 0 && now_ns - framed_ns_ >= options_.silence_ns);
+  return back > kRestartFrames || (back > 0 && now_ns - framed_ns_ >= options_.first_wait_ns);
 }
 
 /// What a frame says of the server: each is acted upon once, when it begins.
@@ -250,15 +255,18 @@ bool NatnetSession::capture_time(const NatnetSuffix& suffix, std::int64_t& time_
 }
 
 /// Hours, minutes, seconds and frames, a byte each; bit 6 of the frames is the drop-frame flag, as in SMPTE 12M.
-Timecode NatnetSession::timecode(const NatnetSuffix& suffix) const noexcept {
+Timecode NatnetSession::timecode(const NatnetSuffix& suffix) noexcept {
   if (suffix.timecode == 0 && suffix.timecode_sub == 0) return {};
   const auto byte = [&suffix](int shift) { return static_cast<std::uint8_t>((suffix.timecode >> shift) & 0xFF); };
-  return {.hours = byte(24),
-          .minutes = byte(16),
-          .seconds = byte(8),
-          .frames = static_cast<std::uint8_t>(byte(0) & 0x3F),
-          .frame_rate = options_.timecode_rate,
-          .drop_frame = options_.timecode_drop_frame || (byte(0) & 0x40) != 0};
+  const Timecode timecode{.hours = byte(24),
+                          .minutes = byte(16),
+                          .seconds = byte(8),
+                          .frames = static_cast<std::uint8_t>(byte(0) & 0x3F),
+                          .frame_rate = options_.timecode_rate,
+                          .drop_frame = options_.timecode_drop_frame || (byte(0) & 0x40) != 0};
+  if (timecode.possible()) return timecode;
+  impossible_timecodes_.add();
+  return {};
 }
 
 NatnetError NatnetSession::take_echo(std::span<const std::byte> payload, std::int64_t now_ns) {

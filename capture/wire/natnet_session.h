@@ -84,11 +84,11 @@ class NatnetSession {
   NatnetError begin_or_change(std::int64_t now_ns);
   bool goes_back(std::int32_t frame_number, std::int64_t now_ns) const noexcept;
   void watch(const NatnetFrame& frame, bool restarted, std::int64_t now_ns);
-  void begin_session() noexcept;
+  void begin_session(std::int64_t now_ns) noexcept;
   void use(const MarkerSet* set) noexcept;
-  void follow_restart() noexcept;
+  void follow_restart(std::int64_t now_ns) noexcept;
   bool capture_time(const NatnetSuffix& suffix, std::int64_t& time_ns) const noexcept;
-  Timecode timecode(const NatnetSuffix& suffix) const noexcept;
+  Timecode timecode(const NatnetSuffix& suffix) noexcept;
   const MarkerSet* store(const std::vector<std::string>& names);
   NatnetDatagram* outgoing() noexcept;
   void send(NatnetMessage message);
@@ -96,7 +96,9 @@ class NatnetSession {
   void enter(Phase phase, std::int64_t now_ns) noexcept;
   void connect_again(std::int64_t now_ns) noexcept;
   void retry(std::int64_t now_ns);
+  void ask_again(std::int64_t now_ns);
   void keep_up(std::int64_t now_ns);
+  std::int64_t longest_pause_ns() const noexcept;
   void lose() noexcept;
   std::int64_t longest_silence_ns() const noexcept;
   void end_stream() noexcept;
@@ -107,7 +109,8 @@ class NatnetSession {
   bool masked_request_ = false;  ///< the form of the last request for models
   std::int64_t wait_ns_ = 0, retry_at_ns_ = INT64_MIN;
   std::int64_t heard_ns_ = INT64_MIN, framed_ns_ = INT64_MIN, keep_alive_at_ns_ = INT64_MIN, echo_at_ns_ = INT64_MIN;
-  std::int64_t connected_ns_ = INT64_MIN;
+  std::int64_t connected_ns_ = INT64_MIN, ask_again_at_ns_ = INT64_MIN;
+  std::int64_t began_ns_ = INT64_MIN;           ///< the session
   std::int64_t changing_until_ns_ = INT64_MIN;  ///< frames before that are of models that we do not know
   std::int64_t asked_version_ns_ = INT64_MIN;
   bool models_changed_bit_ = false, bitstream_changed_bit_ = false;
@@ -126,6 +129,8 @@ class NatnetSession {
   std::uint64_t echo_ticks_ = 0;  ///< of the request that is on its way; 0: none
   std::optional<ClockSample> clock_sample_;
   SourceCounters counters_;
+  Counter impossible_timecodes_;
+  std::array<SourceExtra, 1> extras_;
 };
 
 }  // namespace risorius

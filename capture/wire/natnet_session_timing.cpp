@@ -35,6 +35,7 @@ void NatnetSession::enter(Phase phase, std::int64_t now_ns) noexcept {
     send(NatnetMessage::kRequestModelDef);
   } else if (phase == Phase::kStreaming) {
     keep_alive_at_ns_ = echo_at_ns_ = connected_ns_ = now_ns;
+    ask_again_at_ns_ = INT64_MIN;
     framed_ns_ = INT64_MIN;
   }
 }
@@ -72,19 +73,33 @@ void NatnetSession::retry(std::int64_t now_ns) {
   }
 }
 
+/// A server that began anew may answer echoes, but it sends no frames to a client that it does not know. Asked often at
+/// first, because it may be back at once; then seldom, because it may only pause.
+void NatnetSession::ask_again(std::int64_t now_ns) {
+  const std::int64_t paused_ns = now_ns - std::max(framed_ns_, connected_ns_);
+  if (paused_ns < longest_pause_ns() || now_ns < ask_again_at_ns_) return;
+  ask_again_at_ns_ = now_ns + (paused_ns < options_.longest_wait_ns ? options_.first_wait_ns : options_.keep_alive_ns);
+  send_connect();
+}
+
 void NatnetSession::keep_up(std::int64_t now_ns) {
   if (now_ns >= keep_alive_at_ns_) {
     keep_alive_at_ns_ = now_ns + options_.keep_alive_ns;
     send(NatnetMessage::kKeepAlive);
-    // A server that began anew answers echoes too, but sends no frames to a client that it does not know.
-    if (phase_ == Phase::kStreaming && now_ns - std::max(framed_ns_, connected_ns_) >= options_.silence_ns)
-      send_connect();
   }
+  if (phase_ == Phase::kStreaming) ask_again(now_ns);
   if (now_ns >= echo_at_ns_) {
     echo_at_ns_ = now_ns + options_.echo_ns;
     echo_ticks_ = static_cast<std::uint64_t>(now_ns);
     if (NatnetDatagram* datagram = outgoing()) encode_echo_request(echo_ticks_, *datagram);
   }
+}
+
+/// Between frames; where they come seldom, three frame times.
+std::int64_t NatnetSession::longest_pause_ns() const noexcept {
+  const double frames_ns = rate_hz_ > 0 ? 3e9 / rate_hz_ : 0;
+  return std::clamp(static_cast<std::int64_t>(std::min(frames_ns, 1e18)), options_.first_wait_ns,
+                    std::max(options_.first_wait_ns, options_.silence_ns));
 }
 
 void NatnetSession::tick(Tick tick) noexcept {
@@ -108,7 +123,8 @@ std::int64_t NatnetSession::longest_silence_ns() const noexcept {
 std::int64_t NatnetSession::next_tick_ns() const noexcept {
   if (phase_ == Phase::kConnecting) return retry_at_ns_;
   const std::int64_t due_ns = std::min({keep_alive_at_ns_, echo_at_ns_, heard_ns_ + longest_silence_ns()});
-  return phase_ == Phase::kStreaming ? due_ns : std::min(due_ns, retry_at_ns_);
+  if (phase_ != Phase::kStreaming) return std::min(due_ns, retry_at_ns_);
+  return std::min(due_ns, std::max(ask_again_at_ns_, std::max(framed_ns_, connected_ns_) + longest_pause_ns()));
 }
 
 void NatnetSession::lose() noexcept {

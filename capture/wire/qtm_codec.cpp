@@ -161,8 +161,7 @@ std::optional<Timecode> QtmTimecode::clock(std::uint8_t smpte_rate) const noexce
   time.seconds = static_cast<std::uint8_t>(low >> 11 & 0x3F);
   time.frames = static_cast<std::uint8_t>(low >> 17 & (type == kSmpte ? 0x1F : 0x0F));
   time.frame_rate = type == kSmpte ? smpte_rate : std::uint8_t{10};
-  const bool possible = time.hours < 24 && time.minutes < 60 && time.seconds < 60 && time.frames < time.frame_rate;
-  return possible ? std::optional(time) : std::nullopt;
+  return time.possible() ? std::optional(time) : std::nullopt;
 }
 
 QtmError decode_qtm_data(std::span<const std::byte> body, QtmData& data) noexcept {

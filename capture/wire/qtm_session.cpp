@@ -4,12 +4,14 @@
 #include <limits>
 #include <utility>
 
+#include "capture/wire/tracker_names.h"
+
 namespace risorius {
 namespace {
 
-constexpr std::array<std::string_view, 11> kReasons{"too_short",      "bad_size",     "bad_component", "bad_count",
-                                                    "bad_type",       "bad_settings", "error_reply",   "no_labels",
-                                                    "count_mismatch", "bad_time",     "no_markers"};
+constexpr std::array<std::string_view, 13> kReasons{
+    "too_short", "bad_size",       "bad_component", "bad_count",  "bad_type",         "bad_settings", "error_reply",
+    "no_labels", "count_mismatch", "bad_time",      "no_markers", "too_many_markers", "too_many_sets"};
 constexpr std::uint8_t kMarkersPart = 1, kUnlabelledPart = 2, kTimecodePart = 4;
 constexpr std::int64_t kLongestWaitNs = 20'000'000;
 /// Over UDP a frame may come a little after its successors; further back the server has started over.
@@ -173,31 +175,37 @@ void QtmSession::take_event(std::span<const std::byte> body, std::int64_t time_n
 
 void QtmSession::take_settings(std::span<const std::byte> body, std::int64_t time_ns) {
   if (!dialog_.on_xml(qtm_text(body), time_ns)) return counters().refuse(QtmRefusal::kBadSettings);
-  update_set();
-  if (set() == nullptr && dialog_.settings().labels && !dialog_.settings().labels->empty()) {
-    return counters().refuse(labelled_.empty() ? QtmRefusal::kNoMarkers : QtmRefusal::kBadSettings);
-  }
+  if (const auto refusal = update_set()) return counters().refuse(*refusal);
   used();
 }
 
-void QtmSession::update_set() {
+std::optional<QtmRefusal> QtmSession::update_set() {
   const QtmSettings& settings = dialog_.settings();
-  if (!settings.labels || settings.labels->empty()) return;
+  if (!settings.labels || settings.labels->empty()) return {};
   // What has come of a frame was placed by the old labels.
   finish_pending();
   labels_ = settings.labels->size();
   labelled_.clear();
-  std::vector<std::string> names;
+  TrackerNames names;
   for (std::size_t i = 0; i < labels_; ++i) {
     const std::string& label = (*settings.labels)[i];
     if (!label.starts_with(label_prefix_)) continue;
     labelled_.push_back(i);
-    names.push_back(label.substr(label_prefix_.size()));
+    names.add(std::string_view(label).substr(label_prefix_.size()));
   }
-  if (names.empty()) return forget_set();
-  describe({.names = std::move(names),
-            .rate_hz = settings.frequency_hz.value_or(0),
-            .axes = qtm_axes(settings.axis_upwards)});
+  if (labelled_.empty()) {
+    forget_set();
+    return QtmRefusal::kNoMarkers;
+  }
+  switch (describe(
+      {.names = names.take(), .rate_hz = settings.frequency_hz.value_or(0), .axes = qtm_axes(settings.axis_upwards)})) {
+    case Described::kTooManyMarkers:
+      return QtmRefusal::kTooManyMarkers;
+    case Described::kTooManySets:
+      return QtmRefusal::kTooManySets;
+    default:
+      return {};
+  }
 }
 
 std::optional<QtmRefusal> QtmSession::refusal_of(const QtmData& data) const noexcept {

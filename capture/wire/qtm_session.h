@@ -22,13 +22,15 @@ enum class QtmRefusal : std::uint8_t {
   kBadSize,
   kBadComponent,
   kBadCount,
-  kBadType,        ///< a packet or event of no known kind
-  kBadSettings,    ///< settings that are no XML, or labels that no marker set can have
-  kErrorReply,     ///< QTM refused a command
-  kNoLabels,       ///< a frame before the labels are known
-  kCountMismatch,  ///< a frame with other than the labels' number of markers
-  kBadTime,        ///< a time stamp that no clock reaches
-  kNoMarkers,      ///< settings without a label that begins with the prefix
+  kBadType,         ///< a packet or event of no known kind
+  kBadSettings,     ///< settings that are no XML
+  kErrorReply,      ///< QTM refused a command
+  kNoLabels,        ///< a frame before the labels are known
+  kCountMismatch,   ///< a frame with other than the labels' number of markers
+  kBadTime,         ///< a time stamp that no clock reaches
+  kNoMarkers,       ///< settings without a label that begins with the prefix
+  kTooManyMarkers,  ///< more such labels than a frame holds, kMaxMarkers
+  kTooManySets,     ///< TrackerSession::kMaxSets
 };
 
 struct QtmSessionOptions {
@@ -82,7 +84,7 @@ class QtmSession : public TrackerSession {
   void give_up_pending() noexcept;
   std::optional<QtmRefusal> refusal_of(const QtmData& data) const noexcept;
   void end_stream() noexcept;
-  void update_set();
+  std::optional<QtmRefusal> update_set();
   void check_dialog() noexcept;
   void used() noexcept { counters().datagrams.emitted.add(); }
 

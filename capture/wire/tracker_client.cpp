@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "capture/monotonic_clock.h"
+#include "capture/wire/flood_rest.h"
 #include "capture/wire/receive_batch.h"
 
 namespace risorius {
@@ -47,6 +48,7 @@ struct TrackerClient::Impl : std::enable_shared_from_this<TrackerClient::Impl> {
         on_ready(std::move(ready)),
         timer(io),
         datagrams(io),
+        rest_timer(io),
         link(io, chosen.link,
              {.connected = [this] { connected(); },
               .received = [this](auto bytes, std::int64_t time_ns) { return received(bytes, time_ns); },
@@ -134,13 +136,35 @@ struct TrackerClient::Impl : std::enable_shared_from_this<TrackerClient::Impl> {
     return true;
   }
 
+  std::uint64_t heard() noexcept { return counters().foreign.value() + counters().datagrams.received.value(); }
+  std::uint64_t useless() noexcept {
+    return counters().foreign.value() + counters().datagrams.refused.value() + counters().datagrams.dropped.value();
+  }
+
   void receive_datagrams() {
     counters().wake_ups.add();
-    for (std::size_t i = 0; i < kMaxBatchesPerWakeUp && receive_batch(); ++i) {
-    }
+    const std::uint64_t heard_before = heard(), useless_before = useless();
+    bool more = true;
+    for (std::size_t i = 0; i < kMaxBatchesPerWakeUp && more; ++i) more = receive_batch();
+    const bool was_useless = more && useless() - useless_before >= heard() - heard_before;
+    const auto rest = flood_rest.after_turn(was_useless);
     const bool go_on = round_done();
-    if (running && datagrams.is_open() && go_on) wait_for_datagrams();
+    if (running && datagrams.is_open() && go_on) {
+      if (rest.count() > 0) {
+        wait_for_datagrams_after(rest);
+      } else {
+        wait_for_datagrams();
+      }
+    }
     datagrams_paused = !go_on;
+  }
+
+  void wait_for_datagrams_after(std::chrono::microseconds rest) {
+    counters().rests.add();
+    rest_timer.expires_after(rest);
+    rest_timer.async_wait([self = shared_from_this()](const error_code& error) {
+      if (!error && self->running && self->datagrams.is_open()) self->receive_datagrams();
+    });
   }
 
   /// What follows any bytes: replies go out, events are taken. False if there is no room for more events.
@@ -165,6 +189,7 @@ struct TrackerClient::Impl : std::enable_shared_from_this<TrackerClient::Impl> {
     drain_datagrams();
     error_code ignored;
     datagrams.close(ignored);
+    rest_timer.cancel();
     datagrams_paused = false;
     session->disconnected();
     on_ready();
@@ -197,6 +222,8 @@ struct TrackerClient::Impl : std::enable_shared_from_this<TrackerClient::Impl> {
   std::function<void()> on_ready;
   boost::asio::steady_timer timer;
   udp::socket datagrams;
+  boost::asio::steady_timer rest_timer;
+  FloodRest flood_rest;
   boost::asio::ip::address peer;
   std::optional<ReceiveBatch> batch;
   std::uint32_t known_drops = 0;
@@ -225,6 +252,7 @@ void TrackerClient::stop() noexcept {
   error_code ignored;
   impl_->datagrams.close(ignored);
   impl_->timer.cancel();
+  impl_->rest_timer.cancel();
 }
 
 void TrackerClient::resume() {

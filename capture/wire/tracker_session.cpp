@@ -37,7 +37,8 @@ bool TrackerSession::pop(SourceEvent& event) noexcept {
   return true;
 }
 
-bool TrackerSession::describe(MarkerSet set) {
+TrackerSession::Described TrackerSession::describe(MarkerSet set) {
+  if (!is_rate(set.rate_hz)) set.rate_hz = 0;
   if (options_.mm_per_unit) set.mm_per_unit = *options_.mm_per_unit;
   if (options_.axes) set.axes = *options_.axes;
   const auto known = std::find_if(sets_.begin(), sets_.end(), [&](const MarkerSet& other) {
@@ -46,15 +47,14 @@ bool TrackerSession::describe(MarkerSet set) {
   });
   if (known != sets_.end()) {
     set_ = &*known;
-    return true;
+    return Described::kOk;
   }
+  set_ = nullptr;
+  if (set.names.size() > kMaxMarkers) return Described::kTooManyMarkers;
+  if (sets_.size() == kMaxSets) return Described::kTooManySets;
   set.id = static_cast<std::uint32_t>(sets_.size() + 1);
-  if (sets_.size() == kMaxSets || !problems_of(set).empty()) {
-    set_ = nullptr;
-    return false;
-  }
   set_ = &sets_.emplace_back(std::move(set));
-  return true;
+  return Described::kOk;
 }
 
 void TrackerSession::begin_frame(MarkerFrame& frame) const noexcept {

@@ -69,8 +69,9 @@ class TrackerSession {
   TrackerSession(const TrackerSessionOptions& options, std::span<const std::string_view> reasons);
 
   const TrackerSessionOptions& options() const noexcept { return options_; }
-  /// The set of the frames to come. False if it has problems or is one too many.
-  bool describe(MarkerSet set);
+  enum class Described : std::uint8_t { kOk, kTooManyMarkers, kTooManySets };
+  /// The set of the frames to come, with names as TrackerNames makes them. A rate that is none is not stated.
+  Described describe(MarkerSet set);
   void forget_set() noexcept { set_ = nullptr; }
   /// Null before a set is described.
   const MarkerSet* set() const noexcept { return set_; }

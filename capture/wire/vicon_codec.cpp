@@ -112,8 +112,8 @@ bool ViconIds::contains(std::uint32_t id) const noexcept {
 std::optional<Timecode> ViconTimecode::clock() const noexcept {
   if (standard >= kStandards.size()) return {};
   const Standard& is = kStandards[standard];
-  if (hours > 23 || minutes > 59 || seconds > 59 || frames >= is.rate) return {};
-  return Timecode{hours, minutes, seconds, frames, is.rate, is.drop_frame};
+  const Timecode time{hours, minutes, seconds, frames, is.rate, is.drop_frame};
+  return time.possible() ? std::optional(time) : std::nullopt;
 }
 
 ViconRecon ViconRecons::operator[](std::size_t i) const noexcept {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "capture/wire/tracker_names.h"
+
 namespace risorius {
 namespace {
 
@@ -27,16 +29,17 @@ ViconNames::Outcome ViconNames::describe(std::span<const std::span<const std::by
   }
   described_.clear();
   for (const auto& body : subjects) described_.emplace_back(body.begin(), body.end());
-  names_.clear();
+  TrackerNames names;
   index_.clear();
   const bool several = wanted_.empty() && decoded.size() > 1;
   for (const ViconSubject& subject : decoded) {
     for (const ViconMarkerName& marker : subject.markers) {
       // The first of a duplicate wins.
-      if (!index_.emplace(key_of(subject.id, marker.id), names_.size()).second) continue;
-      names_.push_back(several ? subject.name + ":" + marker.name : marker.name);
+      if (!index_.emplace(key_of(subject.id, marker.id), names.size()).second) continue;
+      names.add(several ? subject.name + ":" + marker.name : marker.name);
     }
   }
+  names_ = names.take();
   return Outcome::kChanged;
 }
 

@@ -8,8 +8,9 @@
 namespace risorius {
 namespace {
 
-constexpr std::array<std::string_view, 7> kReasons{"bad_tag",   "too_long", "bad_object", "bad_length",
-                                                   "bad_names", "no_names", "no_markers"};
+constexpr std::array<std::string_view, 9> kReasons{"bad_tag",    "too_long",         "bad_object",
+                                                   "bad_length", "bad_names",        "no_names",
+                                                   "no_markers", "too_many_markers", "too_many_sets"};
 constexpr std::int64_t kSecond = 1'000'000'000;
 constexpr std::int64_t kGreetingTimeoutNs = 5 * kSecond;
 constexpr std::int64_t kPingPeriodNs = kSecond;
@@ -30,6 +31,11 @@ ViconRefusal refusal_of(ViconError error) noexcept {
     default:
       return ViconRefusal::kBadLength;
   }
+}
+
+/// 0, none, if it is not that of a rate.
+std::int64_t stated_period(std::int64_t ticks) noexcept {
+  return ticks > 0 && is_rate(kViconTicksPerSecond / static_cast<double>(ticks)) ? ticks : 0;
 }
 
 /// Keeps the value; false if there is none.
@@ -133,34 +139,41 @@ void ViconSession::take(std::span<const std::byte> objects, std::int64_t time_ns
   if (const ViconError error = read(objects, contents); error != ViconError::kNone) {
     return counters().refuse(refusal_of(error));
   }
-  if (!update_set(contents)) return counters().refuse(ViconRefusal::kBadNames);
+  if (const auto refusal = update_set(contents)) return counters().refuse(*refusal);
   if (contents.offered) answer_offer(*contents.offered);
   if (contents.ping) take_ping(*contents.ping, time_ns);
   if (contents.frame && *contents.frame != kViconNoFrame) return take_frame(contents, time_ns);
   counters().datagrams.emitted.add();
 }
 
-bool ViconSession::update_set(const Contents& contents) {
+std::optional<ViconRefusal> ViconSession::update_set(const Contents& contents) {
   bool changed = false;
   if (!subjects_.empty()) {
     const ViconNames::Outcome outcome = names_.describe(subjects_);
-    if (outcome == ViconNames::Outcome::kBad) return false;
+    if (outcome == ViconNames::Outcome::kBad) return ViconRefusal::kBadNames;
     changed = outcome == ViconNames::Outcome::kChanged;
   }
-  const std::int64_t period = contents.period ? std::max<std::int64_t>(*contents.period, 0) : period_;
+  const std::int64_t period = contents.period ? stated_period(*contents.period) : period_;
   const bool y_up = contents.y_up ? *contents.y_up == 1 : y_up_;
   // Capture times are counted at the new rate from now on: those of before do not lead up to them.
   if (period != period_) end_session();
   changed = changed || period != period_ || y_up != y_up_;
   period_ = period;
   y_up_ = y_up;
-  if (!changed) return true;
+  if (!changed) return {};
   have_records_ = false;
   if (names_.names().empty()) {
     forget_set();
-    return true;
+    return {};
   }
-  return describe({.names = names_.names(), .rate_hz = rate_hz(), .axes = *Axes::parse(y_up_ ? "FUR" : "FLU")});
+  switch (describe({.names = names_.names(), .rate_hz = rate_hz(), .axes = *Axes::parse(y_up_ ? "FUR" : "FLU")})) {
+    case Described::kTooManyMarkers:
+      return ViconRefusal::kTooManyMarkers;
+    case Described::kTooManySets:
+      return ViconRefusal::kTooManySets;
+    default:
+      return {};
+  }
 }
 
 double ViconSession::rate_hz() const noexcept {

@@ -21,9 +21,11 @@ enum class ViconRefusal : std::uint8_t {
   kTooLong,
   kBadObject,
   kBadLength,
-  kBadNames,   ///< names that no marker set can have, or a subject that cannot be decoded
-  kNoNames,    ///< a frame before the markers' names are known, or without the subject that is wanted
-  kNoMarkers,  ///< a frame without labelled records
+  kBadNames,        ///< a subject that cannot be decoded
+  kNoNames,         ///< a frame before the markers' names are known, or without the subject that is wanted
+  kNoMarkers,       ///< a frame without labelled records
+  kTooManyMarkers,  ///< more names than a frame holds, kMaxMarkers
+  kTooManySets,     ///< TrackerSession::kMaxSets
 };
 
 struct ViconCounters {
@@ -82,7 +84,7 @@ class ViconSession : public TrackerSession {
   ViconError read(std::span<const std::byte> objects, Contents& contents);
   bool read_object(const ViconObject& object, Contents& contents);
   void take(std::span<const std::byte> objects, std::int64_t time_ns);
-  bool update_set(const Contents& contents);
+  std::optional<ViconRefusal> update_set(const Contents& contents);
   void answer_offer(ViconIds offered);
   void take_ping(std::int64_t id, std::int64_t time_ns) noexcept;
   void take_frame(const Contents& contents, std::int64_t time_ns);

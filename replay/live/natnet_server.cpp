@@ -210,6 +210,7 @@ void NatnetServer::send_frame(const MarkerFrame& frame, std::int64_t exposure_ns
 std::size_t NatnetServer::streaming_clients() const noexcept {
   const std::int64_t now_ns = monotonic_now_ns();
   return static_cast<std::size_t>(std::count_if(clients_.begin(), clients_.end(), [&](const Client& client) {
+    if (now_ns - client.heard_ns > options_.client_timeout_ns) return false;  // as send_frame forgets them
     const bool knows_model = client.asked_model_ns != INT64_MAX && now_ns - client.asked_model_ns >= kSettleNs;
     return knows_model || now_ns - client.connected_ns >= kLongestSettleNs;  // some never ask, or asked before
   }));

@@ -64,7 +64,8 @@ TEST(Config, ChecksWhatNatnetSourcesAreTold) {
   EXPECT_EQ(config.sources[0].natnet_data_port, 1600);
   EXPECT_TRUE(parse_natnet_timecode(config.sources[0].natnet_timecode)->drop_frame);
   const std::string error = error_of(
-      "[[source]]\nnatnet_markers = \"set:\"\nnatnet_data_port = 65536\nnatnet_multicast_group = \"10.0.0.1\"\n"
+      "[[source]]\nlisten = \"natnet://10.0.0.1\"\nnatnet_markers = \"set:\"\nnatnet_data_port = "
+      "65536\nnatnet_multicast_group = \"10.0.0.1\"\n"
       "natnet_local_address = \"here\"\nnatnet_timecode = \"29.97\"\n");
   for (const char* part : {"5 problems", "natnet_markers", "\"set:NAME\"", "natnet_data_port", "natnet_multicast_group",
                            "239.255.42.99", "natnet_local_address", "here", "natnet_timecode", "30df"}) {
@@ -84,9 +85,26 @@ TEST(Config, ReadsWhatQtmAndViconSourcesNeed) {
   EXPECT_EQ(print_config(parse_config(printed, "printed.toml")), printed);
   const std::string subject = "[[source]]\nlisten = \"vicon://10.0.0.8\"\nname = ";
   EXPECT_EQ(error_of(subject + "\"a\"\n" + subject + "\"b\"\n"), "") << "two subjects of one server";
-  const std::string error = error_of("[[source]]\nqtm_frames = \"pigeon\"\nvicon_rate_hz = -1\n");
+  const std::string error =
+      error_of("[[source]]\nlisten = \"qtm://10.0.0.7\"\nqtm_frames = \"pigeon\"\nvicon_rate_hz = -1\n");
   for (const char* part : {"2 problems", "source[0].qtm_frames", "pigeon", "vicon_rate_hz", "-1"})
     EXPECT_NE(error.find(part), std::string::npos) << part << " in: " << error;
+}
+
+TEST(Config, RefusesKeysOfAnotherProtocol) {
+  const std::string error =
+      error_of("[[source]]\nqtm_frames = \"udp\"\nnatnet_markers = \"labelled\"\nvicon_subject = \"\"\n");
+  for (const char* part : {"2 problems", "source[0].qtm_frames", "qtm://", "source[0].natnet_markers", "natnet://",
+                           "udp://127.0.0.1:7000", "leave it out"})
+    EXPECT_NE(error.find(part), std::string::npos) << part << " in: " << error;
+}
+
+TEST(Config, FollowsATrackerOnlyWhereOneTellsItsRecording) {
+  const std::string follow = "[record]\nfolder = \"d\"\nfollow = \"tracker\"\n";
+  EXPECT_NE(error_of(follow).find("record.follow"), std::string::npos) << error_of(follow);
+  EXPECT_NE(error_of(follow + "[[source]]\nlisten = \"vicon://10.0.0.8\"\n").find("nothing would be recorded"),
+            std::string::npos);
+  EXPECT_EQ(error_of(follow + "[[source]]\nlisten = \"qtm://10.0.0.8\"\n"), "");
 }
 
 TEST(Config, RefusesUnknownKeysEverywhere) {

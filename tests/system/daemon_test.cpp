@@ -300,6 +300,18 @@ TEST(Daemon, PythonClientOfTheReadmeReadsIt) {
   EXPECT_EQ(daemon.end().exit_code, 0);
 }
 
+TEST(Daemon, AStreamThatHasEndedIsNotStreaming) {
+  TemporaryFolder folder;
+  RunningDaemon daemon(folder.path(), kFace);
+  ASSERT_TRUE(daemon.up()) << daemon.process().output();
+  const auto sent = run(
+      {program("risorius").string(), "replay", "--quiet", "builtin:1", "--speed", "10", "--to", daemon.input("face")});
+  ASSERT_EQ(sent.exit_code, 0) << sent.output;
+  EXPECT_TRUE(becomes_true(daemon, [](const nlohmann::json& face) {
+    return face.at("state") == "waiting" && face.at("processed").get<int>() > 0;
+  }));
+}
+
 TEST(Daemon, SaysWhenAStreamFallsSilentAndWhenItComesBack) {
   TemporaryFolder folder;
   RunningDaemon daemon(folder.path(), kFace);

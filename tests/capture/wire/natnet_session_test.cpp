@@ -246,12 +246,77 @@ TEST(NatnetSession, AServerThatBeganAnewUnnoticedIsAskedAgainAndIsANewSession) {
   client.push(natnet_face_frame(true, 2).datagram());
   EXPECT_EQ(client.kinds(), (std::vector{Kind::kNewSession, Kind::kMarkerSet, Kind::kFrame, Kind::kEndOfStream,
                                          Kind::kNewSession, Kind::kMarkerSet, Kind::kFrame, Kind::kFrame}));
-  // Far back at once is a new run too; a little is the network.
+  // Far back at once is a new run too, but not again within a second; a little is the network.
+  client.push(natnet_face_frame(true, 1000).datagram());
+  client.push(natnet_face_frame(true, 3).datagram());
+  EXPECT_EQ(client.session.counters().sessions.value(), 2u);
+  client.now_ns += 1000 * kMs;
   client.push(natnet_face_frame(true, 1000).datagram());
   client.push(natnet_face_frame(true, 998).datagram());
   EXPECT_EQ(client.session.counters().sessions.value(), 2u);
   client.push(natnet_face_frame(true, 3).datagram());
   EXPECT_EQ(client.session.counters().sessions.value(), 3u);
+}
+
+TEST(NatnetSession, AServerThatIsBackAtOnceIsAskedWithinAQuarterOfASecond) {
+  Client client;
+  client.connect();
+  client.push(natnet_face_frame(true, 500).datagram());
+  client.sent();
+  client.advance(240);
+  EXPECT_FALSE(client.has_sent(NatnetMessage::kConnect));
+  client.advance(20);
+  EXPECT_TRUE(client.has_sent(NatnetMessage::kConnect));
+  client.advance(250);
+  EXPECT_TRUE(client.has_sent(NatnetMessage::kConnect)) << "and again";
+  client.push(natnet_server_info(4, 1));
+  client.push(natnet_face_frame(true, 490).datagram());
+  EXPECT_EQ(client.kinds(), (std::vector{Kind::kNewSession, Kind::kMarkerSet, Kind::kFrame, Kind::kFrame}))
+      << "a run of half a second is none";
+  client.advance(600);
+  client.push(natnet_face_frame(true, 480).datagram());
+  EXPECT_EQ(client.session.counters().sessions.value(), 2u);
+}
+
+TEST(NatnetSession, AServerThatPausesIsAskedSeldomInTheEnd) {
+  Client client;
+  client.connect();
+  client.push(natnet_face_frame(true, 1).datagram());
+  const auto connects_in = [&](int seconds) {
+    std::size_t connects = 0;
+    for (int tenth = 0; tenth < 10 * seconds; ++tenth) {
+      client.advance(100);
+      client.push(test::natnet_message(8, HandPacket().text("hello")).bytes());
+      connects += client.has_sent(NatnetMessage::kConnect) ? 1u : 0u;
+    }
+    return connects;
+  };
+  EXPECT_NEAR(static_cast<double>(connects_in(5)), 19, 2);  // four a second
+  EXPECT_NEAR(static_cast<double>(connects_in(10)), 10, 2);
+}
+
+TEST(NatnetSession, ANumberThatStandsStillIsNoNewRun) {
+  Client client;
+  client.connect();
+  for (int i = 0; i < 20; ++i) {
+    client.now_ns += 400 * kMs;
+    client.push(natnet_face_frame(true, 7).datagram());
+  }
+  EXPECT_EQ(client.session.counters().sessions.value(), 1u);
+}
+
+TEST(NatnetSession, ATimecodeThatNoClockShowsIsNone) {
+  Client client;
+  client.connect();
+  NatnetHandFrame hand = natnet_face_frame(true);
+  for (const std::uint32_t timecode : {0xFFFEFD00u, 0x18000000u, 0x013C0000u, 0x01003C00u, 0x0100001Eu}) {
+    hand.timecode = timecode;
+    client.push(hand.datagram());
+    EXPECT_EQ(client.last_frame().header.timecode.frame_rate, 0) << timecode;
+    EXPECT_EQ(client.last_frame().header.timecode.hours, 0) << timecode;
+  }
+  EXPECT_EQ(client.session.counters().extras[0].name, "impossible_timecodes");
+  EXPECT_EQ(client.session.counters().extras[0].counter->value(), 5u);
 }
 
 TEST(NatnetSession, EchoesGiveClockSamples) {
@@ -283,7 +348,7 @@ TEST(NatnetSession, EchoesGiveClockSamples) {
 TEST(NatnetSession, ReadsTimecodeWithAndWithoutDropFrames) {
   Client plain, drop(NatnetOptions{.timecode_rate = 25, .timecode_drop_frame = true});
   NatnetHandFrame hand = natnet_face_frame(true);
-  hand.timecode = 0x0A141E1D;  // 10:20:30:29
+  hand.timecode = 0x0A141E18;  // 10:20:30:24
   for (Client* client : {&plain, &drop}) {
     client->connect();
     client->push(hand.datagram());
@@ -291,14 +356,14 @@ TEST(NatnetSession, ReadsTimecodeWithAndWithoutDropFrames) {
     EXPECT_EQ(timecode.hours, 10);
     EXPECT_EQ(timecode.minutes, 20);
     EXPECT_EQ(timecode.seconds, 30);
-    EXPECT_EQ(timecode.frames, 29);
+    EXPECT_EQ(timecode.frames, 24);
     EXPECT_EQ(timecode.drop_frame, client == &drop);
     EXPECT_EQ(timecode.frame_rate, client == &drop ? 25 : 30);
   }
-  hand.timecode = 0x0A141E40 | 0x1D;  // the flag of SMPTE 12M
+  hand.timecode = 0x0A141E40 | 0x18;  // the flag of SMPTE 12M
   plain.push(hand.datagram());
   EXPECT_TRUE(plain.last_frame().header.timecode.drop_frame);
-  EXPECT_EQ(plain.last_frame().header.timecode.frames, 29);
+  EXPECT_EQ(plain.last_frame().header.timecode.frames, 24);
   hand.timecode = 0;
   plain.push(hand.datagram());
   EXPECT_EQ(plain.last_frame().header.timecode.frame_rate, 0);

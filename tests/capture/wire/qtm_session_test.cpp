@@ -442,19 +442,38 @@ TEST(QtmSession, KnowsTheTimeBetterThanItsMicroseconds) {
   EXPECT_EQ(frame_at(4, 9000000000), 9000000000000);
 }
 
-TEST(QtmSession, RefusesLabelsThatNoSetCanHave) {
+TEST(QtmSession, WhateverTheLabelsAreTheSetIsOne) {
   Talk talk;
-  talk.hear(command("QTM RT Interface connected"));
-  talk.hear(command("Version set to 1.27"));
-  talk.hear(event(QtmEvent::kConnected));
-  talk.hear(text(QtmPacketType::kXml, kGeneral));
-  std::string twice = kLabels;
-  twice.replace(twice.find("chin"), 4, "nose");
-  talk.hear(text(QtmPacketType::kXml, twice));
+  talk.stream();
+  talk.hear(labels({"nose", "nose", "", "a\tb", std::string(80, 'L')}));
+  talk.hear(frame(1, {.markers = true}, 5));
+  const auto events = events_of(talk.session);
+  ASSERT_EQ(kinds_of(events), "NSF");
+  EXPECT_TRUE(problems_of(*events[1].set).empty()) << problems_of(*events[1].set).front();
+  EXPECT_EQ(events[1].set->names, (std::vector<std::string>{"nose", "nose#2", "3", "a?b", std::string(63, 'L')}));
+  EXPECT_TRUE(balanced(talk.session));
+}
+
+TEST(QtmSession, MoreLabelsThanAFrameHoldsAreARefusalOfTheirOwn) {
+  Talk talk;
+  talk.stream();
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i <= kMaxMarkers; ++i) names.push_back("m" + std::to_string(i));
+  talk.hear(labels(names));
   talk.hear(frame(1));
   EXPECT_EQ(kinds_of(talk.session), "");
-  EXPECT_EQ(talk.session.counters().of(QtmRefusal::kBadSettings), 1u);
+  EXPECT_EQ(talk.session.counters().of(QtmRefusal::kTooManyMarkers), 1u);
   EXPECT_EQ(talk.session.counters().of(QtmRefusal::kNoLabels), 1u);
+}
+
+TEST(QtmSession, ARateThatIsNoneIsNotStated) {
+  Talk talk;
+  talk.stream();
+  talk.hear(text(QtmPacketType::kXml, "<Q><General><Frequency>1e30</Frequency></General></Q>"));
+  talk.hear(frame(1));
+  const auto events = events_of(talk.session);
+  ASSERT_EQ(kinds_of(events), "NSF");
+  EXPECT_TRUE(problems_of(*events[1].set).empty());
 }
 
 Bytes whole_conversation() {

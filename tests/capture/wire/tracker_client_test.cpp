@@ -1,5 +1,6 @@
 #include "capture/wire/tracker_client.h"
 
+#include <array>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/ip/udp.hpp>
@@ -189,6 +190,30 @@ TEST(TrackerClient, TakesDatagramsOfItsServerAlone) {
   ASSERT_TRUE(run_until(by_hand.io, [&] { return by_hand.last == 7; }));
   EXPECT_EQ(by_hand.kinds, "NSF");
   EXPECT_EQ(by_hand.client->counters().foreign.value(), 1u);
+}
+
+TEST(TrackerClient, RestsWhileItsUdpPortIsFlooded) {
+  ByHand by_hand;
+  by_hand.open(true);
+  by_hand.accept();
+  const SourceCounters& counters = by_hand.client->counters();
+  udp::socket own(by_hand.io, udp::endpoint(boost::asio::ip::make_address("127.0.0.1"), 0));
+  udp::socket other(by_hand.io, udp::endpoint(boost::asio::ip::make_address("127.0.0.9"), 0));
+  own.send_to(boost::asio::buffer(frame(1)), by_hand.datagrams_to());
+  ASSERT_TRUE(run_until(by_hand.io, [&] { return by_hand.last == 1; }));
+  EXPECT_EQ(counters.rests.value(), 0u);
+  // With room for two packets at a time a turn is of 16: three turns of garbage, of the server's and of others.
+  const std::array<char, 40> garbage{};
+  for (int i = 0; i < 25; ++i) {
+    own.send_to(boost::asio::buffer(garbage), by_hand.datagrams_to());
+    other.send_to(boost::asio::buffer(garbage), by_hand.datagrams_to());
+  }
+  const auto useless = [&] { return counters.datagrams.refused.value() + counters.foreign.value(); };
+  ASSERT_TRUE(run_until(by_hand.io, [&] { return useless() == 50; }));
+  EXPECT_EQ(counters.rests.value(), 3u);
+  own.send_to(boost::asio::buffer(frame(2)), by_hand.datagrams_to());
+  ASSERT_TRUE(run_until(by_hand.io, [&] { return by_hand.last == 2; }));
+  EXPECT_EQ(counters.rests.value(), 3u);
 }
 
 TEST(TrackerClient, GivesOnAHeldFrameInTime) {

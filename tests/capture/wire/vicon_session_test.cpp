@@ -218,6 +218,42 @@ TEST(ViconSession, MapsNamesAgainWhenSubjectsChange) {
   EXPECT_EQ(kinds_of(talk.hear(Frame{.number = 4, .subjects = {}, .period = 0, .y_up = {}})), "F");
 }
 
+TEST(ViconSession, WhateverTheMarkersAreCalledTheSetIsOne) {
+  Talk talk;
+  talk.hear(greeting());
+  const ViconSubject odd{.id = 7, .name = "face", .markers = {{10, "chin"}, {11, "chin"}, {12, ""}, {13, "M\xe4rker"}}};
+  const auto events = talk.hear(Frame{.number = 1, .subjects = {odd}});
+  ASSERT_EQ(kinds_of(events), "NSF");
+  EXPECT_TRUE(problems_of(*events[1].set).empty()) << problems_of(*events[1].set).front();
+  EXPECT_EQ(events[1].set->names, (std::vector<std::string>{"chin", "chin#2", "3", "M\xc3\xa4rker"}));
+  EXPECT_EQ(events[2].frame.state[1], MarkerState::kMeasured);
+}
+
+TEST(ViconSession, MoreMarkersThanAFrameHoldsAreARefusalOfTheirOwn) {
+  Talk talk;
+  talk.hear(greeting());
+  ViconSubject many{.id = 7, .name = "face", .markers = {}};
+  for (std::uint32_t i = 0; i <= kMaxMarkers; ++i) many.markers.push_back({i, "m" + std::to_string(i)});
+  EXPECT_EQ(kinds_of(talk.hear(Frame{.number = 1, .subjects = {many}})), "");
+  EXPECT_EQ(talk.session.counters().of(ViconRefusal::kTooManyMarkers), 1u);
+  EXPECT_EQ(talk.session.counters().of(ViconRefusal::kBadNames), 0u);
+}
+
+TEST(ViconSession, APeriodOfNoRateIsNotStated) {
+  Talk talk;
+  talk.hear(greeting());
+  for (const std::int64_t period : {std::int64_t{1}, std::int64_t{1} << 60}) {
+    const auto events = talk.hear(Frame{.number = 1, .period = period});
+    if (!events.empty()) {
+      ASSERT_EQ(kinds_of(events), "NSF");
+      EXPECT_EQ(events[1].set->rate_hz, 0);
+      EXPECT_EQ(events[2].frame.header.capture_time_ns, talk.now_ns);
+    }
+  }
+  EXPECT_EQ(talk.session.counters().of(ViconRefusal::kBadNames), 0u);
+  EXPECT_EQ(talk.session.counters().frames.received.value(), 1u);  // the second is of the same number
+}
+
 TEST(ViconSession, TurnsYUpWorlds) {
   Talk talk;
   talk.hear(greeting());

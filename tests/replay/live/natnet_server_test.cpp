@@ -229,6 +229,22 @@ TEST(NatnetServer, ForgetsClientsThatLeaveOrSayNothing) {
   EXPECT_EQ(served.server->statistics().frames_sent, 1u);
 }
 
+TEST(NatnetServer, AClientThatFellSilentBeforeTheFirstFrameIsNotWaitedFor) {
+  Served served({.client_timeout_ns = 2'000'000'000});
+  Stranger silent(served.io);
+  silent.ask(*served.server, HandPacket().u16(0).u16(0));
+  const auto becomes = [&](std::size_t clients) {
+    const std::int64_t begin_ns = monotonic_now_ns();
+    while (served.server->streaming_clients() != clients && monotonic_now_ns() - begin_ns < 20'000'000'000) {
+      served.io.restart();
+      served.io.run_one_for(std::chrono::milliseconds(10));
+    }
+    return served.server->streaming_clients() == clients;
+  };
+  EXPECT_TRUE(becomes(1));
+  EXPECT_TRUE(becomes(0));
+}
+
 TEST(NatnetServer, SendsToTheDataPortOfItsClientsWhereThatIsTheConvention) {
   boost::asio::io_context io;
   Stranger data(io), command(io), second(io);
