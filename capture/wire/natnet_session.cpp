@@ -225,9 +225,10 @@ NatnetError NatnetSession::take_frame(std::span<const std::byte> payload, std::i
 /// So far, or after such a time, that it is no disorder of the network. A number that stands still is no new run, and
 /// one that leaps to and fro begins at most one a second.
 bool NatnetSession::goes_back(std::int32_t frame_number, std::int64_t now_ns) const noexcept {
-  if (framed_ns_ == INT64_MIN || now_ns - began_ns_ < kShortestRunNs) return false;
+  if (framed_ns_ == INT64_MIN) return false;
   const std::int64_t back = std::int64_t{last_frame_number_} - frame_number;
-  return back > kRestartFrames || (back > 0 && now_ns - framed_ns_ >= options_.first_wait_ns);
+  if (now_ns - framed_ns_ >= options_.first_wait_ns) return back > 0;
+  return back > kRestartFrames && now_ns - began_ns_ >= kShortestRunNs;
 }
 
 /// What a frame says of the server: each is acted upon once, when it begins.

@@ -271,11 +271,8 @@ TEST(NatnetSession, AServerThatIsBackAtOnceIsAskedWithinAQuarterOfASecond) {
   EXPECT_TRUE(client.has_sent(NatnetMessage::kConnect)) << "and again";
   client.push(natnet_server_info(4, 1));
   client.push(natnet_face_frame(true, 490).datagram());
-  EXPECT_EQ(client.kinds(), (std::vector{Kind::kNewSession, Kind::kMarkerSet, Kind::kFrame, Kind::kFrame}))
-      << "a run of half a second is none";
-  client.advance(600);
-  client.push(natnet_face_frame(true, 480).datagram());
-  EXPECT_EQ(client.session.counters().sessions.value(), 2u);
+  EXPECT_EQ(client.kinds(), (std::vector{Kind::kNewSession, Kind::kMarkerSet, Kind::kFrame, Kind::kEndOfStream,
+                                         Kind::kNewSession, Kind::kMarkerSet, Kind::kFrame}));
 }
 
 TEST(NatnetSession, AServerThatPausesIsAskedSeldomInTheEnd) {
