@@ -159,6 +159,10 @@ constexpr auto kServiceCounters = std::to_array<CounterRow>({
      "the disk is too slow; `[queues] session_mib`"},
     {"session.dropped_results", kLoss, "messages", "published, but not recorded: the queue was full",
      "the disk is too slow; `[queues] session_mib`"},
+    {"session.refused_not_recorded", kCount, "datagrams",
+     "refused, and beyond the 256 KiB of them that are recorded of each source and second",
+     "a flood: who sends to this port?"},
+    {"session.refused_bytes_not_recorded", kCount, "bytes", "of those", ""},
     {"session.queued_bytes", kGauge, "bytes", "in the two queues to the file", ""},
     {"session.high_water_bytes", kGauge, "bytes", "the most there ever were in them", ""},
 });

@@ -15,6 +15,10 @@ namespace {
 /// How often the thread looks into the rings. A session's data are on the disk after this and a chunk's time.
 constexpr auto kLook = std::chrono::milliseconds(20);
 
+/// What a message adds to the file beside its bytes, about: its record's head, its entry in the index.
+constexpr std::size_t kRecordBytes = 64;
+constexpr std::int64_t kSecondNs = 1'000'000'000;
+
 void encode(const AdmittedItem& item, ByteAppender& out) {
   const std::string_view name(item.recording_name_bytes.data(), item.recording_name_size);
   switch (item.kind) {
@@ -57,25 +61,55 @@ void SessionRecorder::stop() {
   if (thread_.joinable()) thread_.join();
 }
 
-void SessionRecorder::receive(void* self, std::uint32_t stream_id, std::span<const std::byte> bytes,
-                              const RawOrigin& origin, std::int64_t receive_time_ns) noexcept {
+void SessionRecorder::receive(void* self, std::uint32_t stream_id, const RawMessage& message) noexcept {
   auto& recorder = *static_cast<SessionRecorder*>(self);
+  Stream& stream = recorder.streams_[stream_id];
+  if (message.is_refused && !has_room_for_refused(stream, message)) {
+    stream.refused_not_recorded.add();
+    stream.refused_bytes_not_recorded.add(message.bytes.size());
+    return;
+  }
   const RecordRing::Head head{.kind = static_cast<std::uint16_t>(SessionTopic::kRaw),
                               .stream = static_cast<std::uint16_t>(stream_id),
-                              .sequence = recorder.streams_[stream_id].raw++,
-                              .time_ns = receive_time_ns};
+                              .sequence = stream.raw++,
+                              .time_ns = message.receive_time_ns};
   static_assert(std::is_trivially_copyable_v<RawOrigin>);
-  const auto from = std::as_bytes(std::span<const RawOrigin, 1>(&origin, 1));
-  if (!recorder.received_.try_push(head, from, bytes, recorder.keep_for_ticks_)) recorder.dropped_datagrams_.add();
+  const auto from = std::as_bytes(std::span<const RawOrigin, 1>(&message.origin, 1));
+  if (!recorder.received_.try_push(head, from, message.bytes, recorder.keep_for_ticks_))
+    recorder.dropped_datagrams_.add();
+}
+
+bool SessionRecorder::has_room_for_refused(Stream& stream, const RawMessage& message) noexcept {
+  if (message.receive_time_ns - stream.second_begin_ns >= kSecondNs) {
+    stream.second_begin_ns = message.receive_time_ns;
+    stream.refused_bytes = 0;
+  }
+  const std::size_t bytes = stream.refused_bytes + message.bytes.size() + kRecordBytes;
+  if (bytes > kMostRefusedBytes) return false;
+  stream.refused_bytes = bytes;
+  return true;
 }
 
 void SessionRecorder::admitted(const AdmittedItem& item) noexcept {
+  Stream& stream = streams_[item.stream_id];
+  RecordRing::Head head{.stream = static_cast<std::uint16_t>(item.stream_id), .time_ns = monotonic_now_ns()};
+  const auto push = [&](SessionTopic topic, std::uint32_t sequence) {
+    head.kind = static_cast<std::uint16_t>(topic);
+    head.sequence = sequence;
+    return received_.try_push(head, tick_.bytes());
+  };
+  const bool is_set = item.kind == AdmittedItem::Kind::kMarkerSet;
+  if (is_set) stream.owed_set = nullptr;
+  if (stream.owed_set != nullptr) {
+    // Without their set the frames mean nothing: it goes ahead of the first that finds room again.
+    encode_tick(*stream.owed_set, tick_);
+    if (push(SessionTopic::kSets, 0)) stream.owed_set = nullptr;
+  }
   encode(item, tick_);
-  const RecordRing::Head head{.kind = static_cast<std::uint16_t>(SessionTopic::kTicks),
-                              .stream = static_cast<std::uint16_t>(item.stream_id),
-                              .sequence = streams_[item.stream_id].ticks++,
-                              .time_ns = monotonic_now_ns()};
-  if (!received_.try_push(head, tick_.bytes())) dropped_ticks_.add();
+  const std::uint32_t sequence = stream.ticks++;
+  if (stream.owed_set == nullptr && push(SessionTopic::kTicks, sequence)) return;
+  dropped_ticks_.add();
+  if (is_set) stream.owed_set = item.marker_set;
 }
 
 void SessionRecorder::published(SessionTopic topic, std::uint32_t stream_id, std::span<const char> message,
@@ -123,6 +157,11 @@ McapTexts SessionRecorder::report() const {
     offered(SessionTopic::kTicks, names_[i], streams_[i].ticks);
     offered(SessionTopic::kAus, names_[i], streams_[i].aus);
     offered(SessionTopic::kContinuations, names_[i], streams_[i].continuations);
+    if (const std::uint64_t count = streams_[i].refused_not_recorded.value(); count > 0) {
+      const std::string topic = session_topic(SessionTopic::kRaw, names_[i]);
+      texts["refused_not_recorded " + topic] = std::to_string(count);
+      texts["refused_bytes_not_recorded " + topic] = std::to_string(streams_[i].refused_bytes_not_recorded.value());
+    }
   }
   offered(SessionTopic::kStatus, "", statuses_);
   return texts;
@@ -157,6 +196,11 @@ void SessionRecorder::drain(RecordRing& ring, std::size_t end) noexcept {
 }
 
 nlohmann::json SessionRecorder::status() const {
+  std::uint64_t refused = 0, refused_bytes = 0;
+  for (const Stream& stream : streams_) {
+    refused += stream.refused_not_recorded.value();
+    refused_bytes += stream.refused_bytes_not_recorded.value();
+  }
   return {{"file", writer_ ? writer_->path().string() : ""},
           {"problem", problem()},
           {"bytes", writer_ ? writer_->bytes().value() : 0},
@@ -165,6 +209,8 @@ nlohmann::json SessionRecorder::status() const {
           {"dropped_datagrams", dropped_datagrams_.value()},
           {"dropped_ticks", dropped_ticks_.value()},
           {"dropped_results", dropped_results_.value()},
+          {"refused_not_recorded", refused},
+          {"refused_bytes_not_recorded", refused_bytes},
           {"queued_bytes", received_.size() + results_.size()},
           {"high_water_bytes", received_.high_water() + results_.high_water()}};
 }

@@ -1,7 +1,8 @@
 // Records a session to one MCAP file (replay/session/): what the sources received, what was admitted, what was
 // published. Two rings, one from the I/O thread and one from the publisher's, end in a thread of its own, so no frame
 // ever waits for the disk: what finds a ring full is not recorded, and counted. Datagrams give way first: the last
-// quarter of a ring is for the Ticks, which are the truth.
+// quarter of a ring is for the Ticks, which are the truth. Of what a source refuses a little is recorded, to be looked
+// at; the rest of a flood is counted only, so that strangers cannot fill the disk.
 #pragma once
 
 #include <atomic>
@@ -26,6 +27,9 @@ namespace risorius {
 
 class SessionRecorder {
  public:
+  /// Of each source and second: so many bytes of refused datagrams are recorded, with what the file adds to each.
+  static constexpr std::size_t kMostRefusedBytes = 256 * 1024;
+
   /// `ring_bytes`: of each of the two rings.
   SessionRecorder(std::size_t streams, std::size_t ring_bytes);
   ~SessionRecorder();
@@ -54,11 +58,15 @@ class SessionRecorder {
   struct Stream {
     std::uint32_t raw = 0, ticks = 0;          ///< offered; the I/O thread's
     std::uint32_t aus = 0, continuations = 0;  ///< the publisher's
+    const MarkerSet* owed_set = nullptr;       ///< whose Tick found no room; the I/O thread's
+    std::int64_t second_begin_ns = 0;          ///< in which refused_bytes were recorded; the I/O thread's
+    std::size_t refused_bytes = 0;
+    Counter refused_not_recorded, refused_bytes_not_recorded;
     ViewDecimator marker_view;
   };
 
-  static void receive(void* self, std::uint32_t stream_id, std::span<const std::byte> bytes, const RawOrigin& origin,
-                      std::int64_t receive_time_ns) noexcept;
+  static void receive(void* self, std::uint32_t stream_id, const RawMessage& message) noexcept;
+  static bool has_room_for_refused(Stream& stream, const RawMessage& message) noexcept;
   void run() noexcept;
   McapTexts report() const;
   void drain(RecordRing& ring, std::size_t end) noexcept;

@@ -229,6 +229,9 @@ std::string summary_of(const nlohmann::json& status) {
         session.at("messages").dump(), session.at("file").get<std::string>(), session.at("bytes").dump(),
         session.at("dropped_datagrams").dump(), session.at("dropped_ticks").dump(),
         session.at("dropped_results").dump(), session.at("not_written").dump());
+    if (session.at("refused_not_recorded") > 0)
+      text += fmt::format("session: of a flood of refused datagrams {} are counted only ({} bytes)\n",
+                          session.at("refused_not_recorded").dump(), session.at("refused_bytes_not_recorded").dump());
   }
   return text;
 }

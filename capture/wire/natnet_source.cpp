@@ -184,12 +184,15 @@ struct NatnetSource::Impl : std::enable_shared_from_this<NatnetSource::Impl> {
       const std::uint32_t drops = batch.drops(i, port.known_drops);
       counters.kernel_drops.add(drops - port.known_drops);  // modulo 2^32, as the kernel counts
       port.known_drops = drops;
-      tap(batch.datagram(i), batch.sender(i), receive_time_ns);
-      if (is_from_server(i)) {
+      const std::uint64_t refused = counters.datagrams.refused.value();
+      const bool is_known = is_from_server(i);
+      if (is_known) {
         session.push(batch.datagram(i), receive_time_ns);
       } else {
         session.push_foreign();
       }
+      const bool is_refused = !is_known || counters.datagrams.refused.value() > refused;
+      tap(batch.datagram(i), batch.sender(i), receive_time_ns, is_refused);
     }
     return count == limit;
   }

@@ -1,5 +1,5 @@
-// Where a recorder listens to what a source receives: the bytes as they came, before anybody looks at them. A source
-// without a tap pays for one comparison per datagram.
+// Where a recorder listens to what a source receives: the bytes as they came, and whether anybody could use them. A
+// source without a tap pays for one comparison per datagram.
 #pragma once
 
 #include <array>
@@ -23,24 +23,31 @@ RawOrigin raw_origin_of(const sockaddr_storage& sender) noexcept;
 /// "127.0.0.1:7000", "[::1]:7000"; empty if it is not known.
 std::string text_of(const RawOrigin& origin);
 
+/// `bytes` are the source's; valid during the call.
+struct RawMessage {
+  std::span<const std::byte> bytes;
+  RawOrigin origin;
+  std::int64_t receive_time_ns = 0;
+  bool is_refused = false;  ///< by the decoder, or because it comes from another host than the tracker
+};
+
 class RawTap {
  public:
   /// Called on the source's thread. Must not block: it stands in the way of a frame.
-  using Receive = void (*)(void* context, std::uint32_t stream_id, std::span<const std::byte> bytes,
-                           const RawOrigin& origin, std::int64_t receive_time_ns) noexcept;
+  using Receive = void (*)(void* context, std::uint32_t stream_id, const RawMessage& message) noexcept;
 
   RawTap() = default;
   RawTap(Receive receive, void* context, std::uint32_t stream_id) noexcept
       : receive_(receive), context_(context), stream_id_(stream_id) {}
 
   explicit operator bool() const noexcept { return receive_ != nullptr; }
-  void operator()(std::span<const std::byte> bytes, const RawOrigin& origin,
-                  std::int64_t receive_time_ns) const noexcept {
-    if (receive_ != nullptr) receive_(context_, stream_id_, bytes, origin, receive_time_ns);
+  void operator()(const RawMessage& message) const noexcept {
+    if (receive_ != nullptr) receive_(context_, stream_id_, message);
   }
-  void operator()(std::span<const std::byte> bytes, const sockaddr_storage& sender,
-                  std::int64_t receive_time_ns) const noexcept {
-    if (receive_ != nullptr) receive_(context_, stream_id_, bytes, raw_origin_of(sender), receive_time_ns);
+  void operator()(std::span<const std::byte> bytes, const sockaddr_storage& sender, std::int64_t receive_time_ns,
+                  bool is_refused) const noexcept {
+    if (receive_ != nullptr)
+      receive_(context_, stream_id_, {bytes, raw_origin_of(sender), receive_time_ns, is_refused});
   }
 
  private:

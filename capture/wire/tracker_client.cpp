@@ -73,7 +73,8 @@ struct TrackerClient::Impl : std::enable_shared_from_this<TrackerClient::Impl> {
     // The tracker sent these datagrams before it said this: an end of the capture must not overtake its frames.
     if (!drain_datagrams()) return std::nullopt;
     const std::size_t used = session->receive(bytes, time_ns);
-    if (tap && used > 0) tap(bytes.first(used), RawOrigin{}, time_ns);
+    // A piece of a connection has more than one packet, and an unusable one ends the connection: no flood comes here.
+    if (tap && used > 0) tap({bytes.first(used), RawOrigin{}, time_ns, false});
     return used;
   }
 
@@ -116,12 +117,15 @@ struct TrackerClient::Impl : std::enable_shared_from_this<TrackerClient::Impl> {
       const std::uint32_t drops = batch->drops(i, known_drops);
       counters().kernel_drops.add(drops - known_drops);  // modulo 2^32, as the kernel counts
       known_drops = drops;
-      tap(batch->datagram(i), batch->sender(i), time_ns);
-      if (!comes_from(batch->sender(i), peer)) {
+      const std::uint64_t refused = counters().datagrams.refused.value();
+      const bool is_known = comes_from(batch->sender(i), peer);
+      if (is_known) {
+        session->receive_datagram(batch->datagram(i), time_ns);
+      } else {
         counters().foreign.add();
-        continue;
       }
-      session->receive_datagram(batch->datagram(i), time_ns);
+      const bool is_refused = !is_known || counters().datagrams.refused.value() > refused;
+      tap(batch->datagram(i), batch->sender(i), time_ns, is_refused);
     }
     return count == most;
   }

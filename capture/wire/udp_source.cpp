@@ -99,8 +99,9 @@ struct UdpSourceOf<Decoder, Options>::Impl : std::enable_shared_from_this<Impl> 
       const std::uint32_t drops = batch.drops(i, known_drops);
       counters.kernel_drops.add(drops - known_drops);  // modulo 2^32, as the kernel counts
       known_drops = drops;
-      tap(batch.datagram(i), batch.sender(i), receive_time_ns);
+      const std::uint64_t refused = counters.datagrams.refused.value();
       decoder.push(batch.datagram(i), receive_time_ns);
+      tap(batch.datagram(i), batch.sender(i), receive_time_ns, counters.datagrams.refused.value() > refused);
     }
     // Garbage is no sign of a sender.
     if (counters.datagrams.refused.value() - refused_before < count) counters.link = LinkState::kStreaming;

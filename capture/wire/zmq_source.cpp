@@ -108,8 +108,9 @@ struct ZmqSource::Impl : std::enable_shared_from_this<ZmqSource::Impl> {
     const auto bytes = static_cast<std::size_t>(size);
     if (bytes > buffer.size()) counters.truncated.add();
     const auto message = std::span<const std::byte>(buffer).first(std::min(bytes, buffer.size()));
-    tap(message, RawOrigin{}, receive_time_ns);
+    const std::uint64_t refused = counters.datagrams.refused.value();
     decoder.push(message, receive_time_ns);
+    tap({message, RawOrigin{}, receive_time_ns, counters.datagrams.refused.value() > refused});
     counters.link = LinkState::kStreaming;
     return true;
   }

@@ -46,10 +46,11 @@ struct TakeJob {
   std::unique_ptr<TakeDataset> dataset;
 };
 
-/// The take's stem; a second take of the same stem gets "-2" and so on.
+/// The take's stem; a second take of the same stem gets "-2" and so on, and so does one that is named like a file of the
+/// dataset itself.
 std::vector<TakeJob> name_jobs(const DatasetArguments& arguments) {
   std::vector<TakeJob> jobs;
-  std::set<std::string> names;
+  std::set<std::string> names = dataset_file_names();
   for (const auto& take : arguments.takes) {
     const std::string stem = path_of_take(take).stem().string();
     std::string name = stem;

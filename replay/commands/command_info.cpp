@@ -25,9 +25,9 @@ std::string rig_name(const StreamFacts& stream) {
 
 void print_head(const SessionReader& reader) {
   fmt::print("{}: {} bytes, {}\n", reader.file().path().string(), reader.bytes(),
-             !reader.file().whole()            ? "torn: without its end"
-             : reader.file().damages().empty() ? "whole"
-                                               : "whole, but damaged");
+             !reader.file().whole()              ? "torn: without its end"
+             : reader.file().damage_count() == 0 ? "whole"
+                                                 : "whole, but damaged");
   for (const auto& [key, value] : reader.session()) {
     if (!value.empty()) fmt::print("  {:<16} {}\n", shown(key), shown(value, 200));
   }
@@ -44,9 +44,7 @@ void print_topics(const SessionReader& reader) {
                static_cast<double>(difference_ns(topic.last_ns, topic.first_ns)) * 1e-9);
   }
   for (const auto& [name, topic] : reader.topics()) {
-    for (const SessionGap& gap : topic.gaps)
-      fmt::print("missing: {} of {} between {} and {}\n", gap.missing, shown(name), utc_text(gap.from_ns),
-                 utc_text(gap.to_ns));
+    for (const std::string& line : gap_lines(name, topic)) fmt::print("missing: {}\n", line);
   }
 }
 
@@ -70,18 +68,14 @@ void info(const std::string& path, bool print_config) {
   }
   print_head(reader);
   print_topics(reader);
-  for (const McapDamage& damage : reader.file().damages()) {
-    fmt::print("damaged: byte {}: {}{}\n", damage.offset, damage.problem,
-               damage.start_ns && damage.end_ns
-                   ? fmt::format("; messages from {} to {}", utc_text(*damage.start_ns), utc_text(*damage.end_ns))
-                   : "");
-  }
+  const McapReader& file = reader.file();
+  for (const std::string& line : damage_lines(file.damages(), file.damage_count(), file.damaged_bytes()))
+    fmt::print("damaged: {}\n", line);
   print_texts("recovered", reader.recovery());
   print_texts("report of the recorder", reader.report());
   if (reader.report().empty() && !reader.session().empty())
     fmt::print("no report: the recorder did not come to its end\n");
-  if (!reader.file().whole() || !reader.file().damages().empty())
-    fmt::print("make it whole: risorius recover {}\n", path);
+  if (!file.whole() || file.damage_count() > 0) fmt::print("make it whole: risorius recover {}\n", path);
 }
 
 }  // namespace

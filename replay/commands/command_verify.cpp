@@ -32,7 +32,11 @@ void verify(const std::string& path) {
                     : verdict.notes.empty()   ? "report this"
                                               : "solve it with the program that recorded it");
   }
-  if (verdict.equal() == 0) throw UserError(path, "there is nothing to compare", "no AUs were recorded");
+  if (verdict.equal() == 0) {
+    throw UserError(path, "there is nothing to compare",
+                    verdict.not_solved() > 0 ? "the Ticks of its AUs, or those of their marker sets, are missing"
+                                             : "no AUs were recorded");
+  }
   fmt::print("equal bit for bit\n");
 }
 

@@ -11,6 +11,8 @@
 namespace risorius {
 namespace {
 
+constexpr const char* kCardName = "README.md";
+
 /// A YAML text in double quotes; JSON's quoting is part of YAML's.
 std::string quoted(const std::string& text) {
   return nlohmann::json(text.empty() ? "not stated" : text)
@@ -18,6 +20,12 @@ std::string quoted(const std::string& text) {
 }
 
 }  // namespace
+
+std::set<std::string> dataset_file_names() {
+  std::set<std::string> names;
+  for (const std::string name : {kCardName, kManifestName}) names.insert({name, name + ".partial"});
+  return names;
+}
 
 void begin_dataset_folder(const std::filesystem::path& given) {
   std::error_code error;
@@ -31,7 +39,7 @@ void begin_dataset_folder(const std::filesystem::path& given) {
 }
 
 void finish_dataset_folder(const std::filesystem::path& folder, const std::string& card_markdown) {
-  AtomicFile card(folder / "README.md");
+  AtomicFile card(folder / kCardName);
   card.write(card_markdown);
   card.commit();
   write_manifest(folder);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,9 @@ namespace risorius {
 
 /// Makes the folder. Throws UserError if it is there already or cannot be made.
 void begin_dataset_folder(const std::filesystem::path& folder);
+
+/// Names that no take's folder can have: those of the dataset's own files, and of these in the making.
+std::set<std::string> dataset_file_names();
 
 /// Writes README.md and then the manifest.
 void finish_dataset_folder(const std::filesystem::path& folder, const std::string& card_markdown);

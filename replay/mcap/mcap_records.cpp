@@ -1,6 +1,6 @@
 #include "replay/mcap/mcap_records.h"
 
-#include <cstring>
+#include <fmt/format.h>
 #include <zlib.h>
 
 namespace risorius {
@@ -76,6 +76,27 @@ void append_mcap_record(const McapMetadata& metadata, ByteAppender& out) {
   append_mcap_text(metadata.name, out);
   append_mcap_texts(metadata.texts, out);
   end_mcap_record(begin, out);
+}
+
+namespace {
+
+std::string seal_of(const McapMetadata& metadata) {
+  ByteAppender record;
+  append_mcap_record(metadata, record);
+  return fmt::format("{:08x}", mcap_crc(record.bytes().subspan(kMcapRecordHeadBytes)));
+}
+
+}  // namespace
+
+void seal(McapMetadata& metadata) {
+  metadata.texts.erase(kMcapSealKey);
+  metadata.texts[kMcapSealKey] = seal_of(metadata);
+}
+
+McapSeal take_seal(McapMetadata& metadata) {
+  const auto entry = metadata.texts.extract(kMcapSealKey);
+  if (entry.empty()) return McapSeal::kNone;
+  return entry.mapped() == seal_of(metadata) ? McapSeal::kFits : McapSeal::kBroken;
 }
 
 bool read_mcap_text(ByteReader& in, std::string& text) {

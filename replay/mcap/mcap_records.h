@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <compare>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -39,17 +40,25 @@ inline constexpr std::size_t kMcapRecordHeadBytes = 9;
 
 using McapTexts = std::map<std::string, std::string>;
 
+/// The most that is read of one record, in bytes: many times what a chunk of half a second, or any metadata, comes to.
+inline constexpr std::uint64_t kMcapMostRecordBytes = 256 << 20;
+/// The end of the header's `library` in files of McapWriter: all their metadata have a seal, and outside of chunks
+/// there is nothing but what McapWriter writes.
+inline constexpr std::string_view kMcapSealedLibrary = ", metadata with CRC";
+/// The entry of metadata that is their seal.
+inline constexpr const char* kMcapSealKey = "risorius_crc32";
+
 struct McapSchema {
   std::uint16_t id = 0;  ///< from 1; a channel's schema_id 0 means none
   std::string name, encoding, data;
-  bool operator==(const McapSchema&) const = default;
+  auto operator<=>(const McapSchema&) const = default;
 };
 
 struct McapChannel {
   std::uint16_t id = 0, schema_id = 0;
   std::string topic, message_encoding;
   McapTexts metadata;
-  bool operator==(const McapChannel&) const = default;
+  auto operator<=>(const McapChannel&) const = default;
 };
 
 /// `data` is the writer's or reader's; valid until the next call.
@@ -67,6 +76,14 @@ struct McapMetadata {
 
 /// CRC-32 as in zlib, continued from `before`.
 std::uint32_t mcap_crc(std::span<const std::byte> bytes, std::uint32_t before = 0) noexcept;
+
+// MCAP guards chunks by a CRC, but no metadata: ours have one of their own, the CRC-32 of their record's content
+// without it, as 8 hexadecimal digits in an entry that other readers see as any other.
+
+enum class McapSeal : std::uint8_t { kNone, kFits, kBroken };
+void seal(McapMetadata& metadata);
+/// Takes the entry out and says whether it fitted.
+McapSeal take_seal(McapMetadata& metadata);
 
 // Writing: content is appended between begin and end.
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <system_error>
 #include <unistd.h>
 
@@ -25,6 +26,14 @@ namespace {
 constexpr std::uint64_t chunk_record_bytes(std::uint64_t records_bytes) { return 49 + records_bytes; }
 constexpr std::uint64_t kIndexHeadBytes = 15, kIndexEntryBytes = 16;
 
+/// MCAP numbers schemas and channels with 16 bits.
+constexpr std::size_t kMostIds = 65535;
+
+[[noreturn]] void refuse_id(const std::filesystem::path& path, const char* what) {
+  throw UserError(path.string(), fmt::format("would have more than {} {}, which MCAP cannot number", kMostIds, what),
+                  "is what it is made of damaged, or no session of risoriusd?");
+}
+
 }  // namespace
 
 McapWriter::McapWriter(std::filesystem::path path) : path_(std::move(path)) {
@@ -33,7 +42,7 @@ McapWriter::McapWriter(std::filesystem::path path) : path_(std::move(path)) {
   buffer_.append_bytes(std::as_bytes(std::span(kMcapMagic)));
   const std::size_t begin = begin_mcap_record(McapOp::kHeader, buffer_);
   append_mcap_text("", buffer_);  // no profile: nobody else's conventions
-  append_mcap_text(std::string("risorius ") + kVersion, buffer_);
+  append_mcap_text(std::string("risorius ") + kVersion + std::string(kMcapSealedLibrary), buffer_);
   end_mcap_record(begin, buffer_);
   sync_ = std::make_unique<DiskSync>(descriptor_);
   flush(Durability::kNone);
@@ -45,7 +54,7 @@ McapWriter::~McapWriter() {
 }
 
 std::uint16_t McapWriter::add_schema(std::string name, std::string encoding, std::string data) {
-  RISORIUS_CHECK(schemas_.size() < 65535);
+  if (schemas_.size() >= kMostIds) refuse_id(path_, "schemas");
   const auto id = static_cast<std::uint16_t>(schemas_.size() + 1);
   schemas_.push_back({id, std::move(name), std::move(encoding), std::move(data)});
   return id;
@@ -53,7 +62,8 @@ std::uint16_t McapWriter::add_schema(std::string name, std::string encoding, std
 
 std::uint16_t McapWriter::add_channel(std::uint16_t schema_id, std::string topic, std::string message_encoding,
                                       McapTexts metadata) {
-  RISORIUS_CHECK(channels_.size() < 65535 && schema_id <= schemas_.size());
+  RISORIUS_CHECK(schema_id <= schemas_.size());
+  if (channels_.size() >= kMostIds) refuse_id(path_, "channels");
   const auto id = static_cast<std::uint16_t>(channels_.size());
   channels_.push_back({{id, schema_id, std::move(topic), std::move(message_encoding), std::move(metadata)}, 0, {}});
   return id;
@@ -64,6 +74,7 @@ void McapWriter::write(const McapMessage& message) {
   const bool first = chunk_.size() == 0;
   Channel& channel = channels_[message.channel_id];
   if (channel.in_chunk.empty()) {
+    chunk_ids_.push_back(message.channel_id);
     // Every chunk can be read without those before it.
     if (const std::uint16_t schema_id = channel.record.schema_id; schema_id != 0)
       append_mcap_record(schemas_[schema_id - 1U], chunk_);
@@ -88,8 +99,9 @@ void McapWriter::end_chunk() {
   buffer_.append_bytes(chunk_.bytes());
   end_mcap_record(begin, buffer_);
   RISORIUS_CHECK(buffer_.size() == chunk_record_bytes(index.records_bytes));
-  for (const Channel& channel : channels_) {
-    if (channel.in_chunk.empty()) continue;
+  std::ranges::sort(chunk_ids_);
+  for (const std::uint16_t id : chunk_ids_) {
+    const Channel& channel = channels_[id];
     ++index.channels;
     const std::size_t record = begin_mcap_record(McapOp::kMessageIndex, buffer_);
     buffer_.append(channel.record.id);
@@ -104,25 +116,29 @@ void McapWriter::end_chunk() {
   try {
     flush(Durability::kSoon);
   } catch (const UserError&) {
-    for (Channel& channel : channels_) channel.in_chunk.clear();
+    for (const std::uint16_t id : chunk_ids_) channels_[id].in_chunk.clear();
+    chunk_ids_.clear();
     throw;
   }
   start_ns_ = indexes_.empty() ? index.start_ns : std::min(start_ns_, index.start_ns);
   end_ns_ = std::max(end_ns_, index.end_ns);
   indexes_.push_back(index);
-  for (Channel& channel : channels_) {
-    if (channel.in_chunk.empty()) continue;
+  for (const std::uint16_t id : chunk_ids_) {
+    Channel& channel = channels_[id];
     chunk_channels_.push_back({channel.record.id, static_cast<std::uint32_t>(channel.in_chunk.size())});
     channel.messages += channel.in_chunk.size();
     messages_ += channel.in_chunk.size();
     channel.in_chunk.clear();
   }
+  chunk_ids_.clear();
 }
 
 void McapWriter::write_metadata(const McapMetadata& metadata) {
   end_chunk();
   NamedPlace place{metadata.name, offset_, 0};
-  append_mcap_record(metadata, buffer_);
+  McapMetadata written = metadata;
+  seal(written);
+  append_mcap_record(written, buffer_);
   place.bytes = buffer_.size();
   flush(Durability::kNow);
   metadata_.push_back(std::move(place));

@@ -26,7 +26,9 @@ class McapWriter {
   McapWriter(const McapWriter&) = delete;
   McapWriter& operator=(const McapWriter&) = delete;
 
-  /// Returns the id. At most 65535.
+  // Of schemas and of channels there are 65535 at most; the next one throws UserError.
+
+  /// Returns the id.
   std::uint16_t add_schema(std::string name, std::string encoding, std::string data);
   /// `schema_id` 0: none. Returns the id.
   std::uint16_t add_channel(std::uint16_t schema_id, std::string topic, std::string message_encoding,
@@ -44,7 +46,7 @@ class McapWriter {
   /// Hands the chunk and its index to the system: a process that is killed does not lose them any more. On the disk
   /// they are soon (disk_sync.h); that the disk refused an earlier one may be told here.
   void end_chunk();
-  /// Written at once, after the chunk in the making.
+  /// Written at once, after the chunk in the making, with a seal (mcap_records.h).
   void write_metadata(const McapMetadata& metadata);
   /// Ends the chunk, writes the summary, and closes the file.
   void finish();
@@ -90,8 +92,9 @@ class McapWriter {
   std::uint32_t data_crc_ = 0;
   ByteAppender chunk_;
   std::int64_t chunk_start_ns_ = 0, chunk_end_ns_ = 0;
-  std::vector<McapSchema> schemas_;  ///< id - 1
-  std::vector<Channel> channels_;    ///< id
+  std::vector<McapSchema> schemas_;       ///< id - 1
+  std::vector<Channel> channels_;         ///< id
+  std::vector<std::uint16_t> chunk_ids_;  ///< of the channels that have messages in the chunk in the making
   std::deque<Index> indexes_;
   std::deque<ChunkChannel> chunk_channels_;  ///< of all chunks, in their order
   std::vector<NamedPlace> metadata_;

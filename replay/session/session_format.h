@@ -20,8 +20,8 @@ inline constexpr std::string_view kSessionMetadata = "session", kConfigMetadata 
                                   kReportMetadata = "report", kRecoveryMetadata = "recovery";
 
 /// The kinds of channels; each but kStatus is there once for each stream.
-enum class SessionTopic : std::uint8_t { kRaw, kTicks, kAus, kContinuations, kStatus, kAuView, kMarkerView };
-inline constexpr std::size_t kSessionTopicCount = 7;
+enum class SessionTopic : std::uint8_t { kRaw, kTicks, kAus, kContinuations, kStatus, kAuView, kMarkerView, kSets };
+inline constexpr std::size_t kSessionTopicCount = 8;
 
 struct SessionTopicName {
   std::string_view suffix, encoding;
@@ -34,6 +34,7 @@ inline constexpr std::array<SessionTopicName, kSessionTopicCount> kSessionTopicN
     {"status", "msgpack"},
     {"view/au", "json"},
     {"view/markers", "json"},
+    {"sets", "x-risorius-tick"},
 }};
 
 /// "/anna/ticks"; "/status" has no stream.

@@ -3,6 +3,7 @@
 #include "capture/errors.h"
 #include "replay/live/datagram_sender.h"
 #include "replay/live/sender.h"
+#include "replay/session/known_set.h"
 #include "replay/session/tick_codec.h"
 
 namespace risorius {
@@ -15,7 +16,7 @@ class DatagramPlayer : public SessionPlayer {
 
   SessionTopic topic() const noexcept override { return SessionTopic::kRaw; }
   const char* unit() const noexcept override { return "datagrams"; }
-  void send(std::span<const std::byte> message) override {
+  void send(SessionTopic, std::span<const std::byte> message) override {
     ++(sender_.send(message, counts_.send_errors) ? counts_.sent : counts_.not_sent);
   }
 
@@ -32,12 +33,18 @@ class TickPlayer : public SessionPlayer {
   SessionTopic topic() const noexcept override { return SessionTopic::kTicks; }
   const char* unit() const noexcept override { return "frames"; }
 
-  void send(std::span<const std::byte> message) override {
-    if (!decode_tick(message, tick_)) throw UserError(stream_, "has a Tick that is none", "try `risorius recover`");
+  bool takes(SessionTopic other) const noexcept override { return other == topic() || other == SessionTopic::kSets; }
+
+  void send(SessionTopic of, std::span<const std::byte> message) override {
+    if (!known_set_.is_news(of, message)) return;
+    if (!decode_tick(message, tick_))
+      throw UserError(stream_, "has a Tick that cannot be read", "was it recorded by another version of risorius?");
     switch (tick_.kind) {
       case TickKind::kFrame:
-        if (set_.names.empty() || tick_.frame.header.set_id != set_.id || tick_.frame.count != set_.names.size())
-          throw UserError(stream_, "has frames whose marker set is missing", "try `risorius recover`");
+        if (set_.names.empty() || tick_.frame.header.set_id != set_.id || tick_.frame.count != set_.names.size()) {
+          ++counts_.without_set;
+          break;
+        }
         open();
         sender_->send_frame(tick_.frame);
         break;
@@ -87,6 +94,7 @@ class TickPlayer : public SessionPlayer {
   std::string stream_;
   SendTarget target_;
   std::optional<CurveClient> curve_;
+  KnownSet known_set_;
   MarkerSet set_;
   std::optional<Sender> sender_;
   Counts ended_;  ///< of the senders before this one

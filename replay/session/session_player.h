@@ -22,6 +22,8 @@ class SessionPlayer {
     /// What the session had beside frames and the native protocol has not: neutrals asked for, and the tracker's own
     /// recordings.
     std::uint64_t left_out = 0;
+    /// Frames whose marker set lay in a damaged part of the file, up to the next repeat of it.
+    std::uint64_t without_set = 0;
   };
 
   virtual ~SessionPlayer() = default;
@@ -30,10 +32,13 @@ class SessionPlayer {
 
   /// Whose messages it sends.
   virtual SessionTopic topic() const noexcept = 0;
+  /// Whether it is to be given messages of this topic.
+  virtual bool takes(SessionTopic other) const noexcept { return other == topic(); }
   /// What it sends, for people: "datagrams" or "frames".
   virtual const char* unit() const noexcept = 0;
-  /// Throws UserError if the message is damaged, or a ZeroMQ receiver takes nothing.
-  virtual void send(std::span<const std::byte> message) = 0;
+  /// A message of a topic that it takes. Throws UserError if the message is damaged, or a ZeroMQ receiver takes
+  /// nothing.
+  virtual void send(SessionTopic of, std::span<const std::byte> message) = 0;
   /// After the last message.
   virtual void finish() {}
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <fmt/format.h>
 #include <utility>
 
 #include "capture/errors.h"
@@ -46,15 +47,21 @@ bool SessionReader::next() {
   }
 }
 
+/// The description is there twice, and its begin cannot be anybody else's: the first one counts. Of reports the last.
 void SessionReader::take(const McapMetadata& metadata) {
-  if (metadata.name == kSessionMetadata) session_ = metadata.texts;
-  if (metadata.name == kConfigMetadata) config_toml_ = text_of(metadata.texts, "toml");
+  if (metadata.name == kSessionMetadata && session_.empty()) session_ = metadata.texts;
+  if (metadata.name == kConfigMetadata && config_toml_.empty()) config_toml_ = text_of(metadata.texts, "toml");
   if (metadata.name == kReportMetadata) report_ = metadata.texts;
   if (metadata.name == kRecoveryMetadata) recovery_ = metadata.texts;
-  if (metadata.name == kStreamMetadata) {
-    streams_.push_back(
-        {text_of(metadata.texts, "name"), text_of(metadata.texts, "protocol"), text_of(metadata.texts, "rig")});
-  }
+  if (const std::string name = text_of(metadata.texts, "name");
+      metadata.name == kStreamMetadata && find_stream(name) == nullptr)
+    streams_.push_back({name, text_of(metadata.texts, "protocol"), text_of(metadata.texts, "rig")});
+}
+
+void TopicAccount::add_gap(const SessionGap& gap) {
+  missing += gap.missing;
+  ++gap_count;
+  if (gaps.size() < kMostGaps) gaps.push_back(gap);
 }
 
 /// Our sequences count what was offered to the topic, so a step of more than one is a loss.
@@ -63,9 +70,8 @@ void SessionReader::account(const McapChannel& channel, const McapMessage& messa
   const auto step = message.sequence - topic.next_sequence;  // modulo 2^32, as it is counted
   // Half the numbers lie behind: of other recorders, whose sequences mean something else.
   if (step > 0 && step < 0x80000000U && !session_.empty()) {
-    topic.missing += step;
-    if (topic.gaps.size() < TopicAccount::kMostGaps)
-      topic.gaps.push_back({topic.messages > 0 ? topic.last_ns : message.log_time_ns, message.log_time_ns, step});
+    const auto before = topic.messages > 0 ? std::optional(topic.last_ns) : std::nullopt;
+    topic.add_gap({before, message.log_time_ns, step});
   }
   topic.next_sequence = message.sequence + 1;
   topic.first_ns = topic.messages == 0 ? message.log_time_ns : std::min(topic.first_ns, message.log_time_ns);
@@ -78,16 +84,15 @@ void SessionReader::account(const McapChannel& channel, const McapMessage& messa
 /// What is missing after a topic's last message: the recorder's report knows how many there were. Once.
 void SessionReader::account_ends() {
   if (std::exchange(ended_, true)) return;
-  const std::int64_t end_ns = number_of(text_of(report_, std::string(kEndKey).c_str())).value_or(0);
+  const auto end_ns = number_of(text_of(report_, std::string(kEndKey).c_str()));
   for (const auto& [key, value] : report_) {
     const auto offered = number_of(value);
     if (!key.starts_with(kOfferedKey) || !offered) continue;
     TopicAccount& topic = topics_[key.substr(kOfferedKey.size())];
     const auto step = static_cast<std::uint32_t>(*offered) - topic.next_sequence;  // modulo 2^32, as it is counted
     if (step == 0 || step >= 0x80000000U) continue;
-    topic.missing += step;
-    if (topic.messages == 0) topic.first_ns = topic.last_ns = end_ns;
-    if (topic.gaps.size() < TopicAccount::kMostGaps) topic.gaps.push_back({topic.last_ns, end_ns, step});
+    if (topic.messages == 0) topic.first_ns = topic.last_ns = end_ns.value_or(0);
+    topic.add_gap({topic.messages > 0 ? std::optional(topic.last_ns) : std::nullopt, end_ns, step});
   }
 }
 
@@ -97,6 +102,12 @@ const StreamFacts* SessionReader::find_stream(const std::string& name) const noe
 }
 
 void SessionReader::require_session() const {
+  if (session_.empty() && file_.damage_count() > 0) {
+    const McapDamage& first = file_.damages().front();
+    throw UserError(file_.path().string(),
+                    fmt::format("what it says of its session is damaged (byte {}: {})", first.offset, first.problem),
+                    "risorius info says what is there");
+  }
   const std::string format = text_of(session_, "format"), version = text_of(session_, "version");
   if (format != kSessionFormat) {
     throw UserError(file_.path().string(), "is no session that risoriusd recorded",

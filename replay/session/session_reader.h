@@ -15,9 +15,10 @@
 
 namespace risorius {
 
-/// Times in ns UTC. `missing` messages lie between two that are there.
+/// Messages that are missing, after the one at from_ns and before the one at to_ns (ns UTC). Before a topic's first
+/// message there is none; what follows its last is told by the report alone, `to_ns` then being the recorder's end.
 struct SessionGap {
-  std::int64_t from_ns = 0, to_ns = 0;
+  std::optional<std::int64_t> from_ns, to_ns;
   std::uint64_t missing = 0;
 };
 
@@ -27,10 +28,13 @@ struct TopicAccount {
   std::uint64_t messages = 0, bytes = 0;
   std::int64_t first_ns = 0, last_ns = 0;
   std::uint64_t missing = 0;
+  static constexpr std::size_t kMostGaps = 100;
   std::vector<SessionGap> gaps;  ///< the first kMostGaps
-  static constexpr std::size_t kMostGaps = 1000;
+  std::uint64_t gap_count = 0;   ///< of all
 
   std::uint32_t next_sequence = 0;
+
+  void add_gap(const SessionGap& gap);
 };
 
 struct StreamFacts {
@@ -63,7 +67,7 @@ class SessionReader {
   std::uint64_t bytes_read() const noexcept { return file_.offset(); }
   std::uint64_t bytes() const noexcept { return file_.size(); }
   const McapReader& file() const noexcept { return file_; }
-  /// Throws UserError if what was read says that this is no session of ours.
+  /// Throws UserError if what was read says that this is no session of ours, or where all that could say so is damaged.
   void require_session() const;
 
  private:

@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <ctime>
 #include <fmt/format.h>
+#include <iterator>
+#include <map>
 #include <utility>
 
+#include "capture/errors.h"
 #include "replay/mcap/mcap_writer.h"
 #include "replay/unfinished_paths.h"
 
@@ -33,24 +36,23 @@ class Copy {
  private:
   std::uint16_t channel_of(const McapChannel& channel, const std::map<std::uint16_t, McapSchema>& schemas) {
     // An id of a damaged file may have been given twice.
-    const auto known = std::ranges::find(channels_, channel, [](const auto& entry) { return entry.first; });
-    if (known != channels_.end()) return known->second;
+    if (const auto known = channels_.find(channel); known != channels_.end()) return known->second;
     std::uint16_t schema = 0;
     if (const auto found = schemas.find(channel.schema_id); found != schemas.end()) schema = schema_of(found->second);
-    channels_.emplace_back(channel,
-                           file_.add_channel(schema, channel.topic, channel.message_encoding, channel.metadata));
-    return channels_.back().second;
+    const std::uint16_t id = file_.add_channel(schema, channel.topic, channel.message_encoding, channel.metadata);
+    channels_.emplace(channel, id);
+    return id;
   }
   std::uint16_t schema_of(const McapSchema& schema) {
-    const auto known = std::ranges::find(schemas_, schema, [](const auto& entry) { return entry.first; });
-    if (known != schemas_.end()) return known->second;
-    schemas_.emplace_back(schema, file_.add_schema(schema.name, schema.encoding, schema.data));
-    return schemas_.back().second;
+    if (const auto known = schemas_.find(schema); known != schemas_.end()) return known->second;
+    const std::uint16_t id = file_.add_schema(schema.name, schema.encoding, schema.data);
+    schemas_.emplace(schema, id);
+    return id;
   }
 
   McapWriter file_;
-  std::vector<std::pair<McapChannel, std::uint16_t>> channels_;
-  std::vector<std::pair<McapSchema, std::uint16_t>> schemas_;
+  std::map<McapChannel, std::uint16_t> channels_;
+  std::map<McapSchema, std::uint16_t> schemas_;
 };
 
 void copy_all(const std::filesystem::path& input, Copy& copy, RecoveredSession& result,
@@ -79,21 +81,41 @@ std::string utc_text(std::int64_t utc_ns) {
                      parts.tm_mday, parts.tm_hour, parts.tm_min, parts.tm_sec, utc_ns % 1'000'000'000 / 1000);
 }
 
-std::vector<std::string> missing_times(const RecoveredSession& session) {
+std::vector<std::string> damage_lines(std::span<const McapDamage> damages, std::uint64_t count, std::uint64_t bytes) {
   std::vector<std::string> lines;
-  for (const McapDamage& damage : session.damages) {
+  for (const McapDamage& damage : damages) {
     std::string line = fmt::format("byte {}: {}", damage.offset, damage.problem);
     if (damage.start_ns && damage.end_ns) {
       line += fmt::format("; it held messages from {} to {}", utc_text(*damage.start_ns), utc_text(*damage.end_ns));
     }
     lines.push_back(std::move(line));
   }
-  for (const auto& [topic, account] : session.topics) {
-    for (const SessionGap& gap : account.gaps) {
-      lines.push_back(fmt::format("{}: {} messages between {} and {}", topic, gap.missing, utc_text(gap.from_ns),
-                                  utc_text(gap.to_ns)));
-    }
+  if (count > damages.size()) lines.push_back(fmt::format("and {} more damaged places", count - damages.size()));
+  if (count > 0) lines.push_back(fmt::format("{} damaged places, {} bytes that could not be read", count, bytes));
+  return lines;
+}
+
+std::vector<std::string> gap_lines(const std::string& topic, const TopicAccount& account) {
+  std::vector<std::string> lines;
+  for (const SessionGap& gap : account.gaps) {
+    const std::string when = gap.from_ns && gap.to_ns
+                                 ? fmt::format("between {} and {}", utc_text(*gap.from_ns), utc_text(*gap.to_ns))
+                             : gap.from_ns ? "after " + utc_text(*gap.from_ns)
+                             : gap.to_ns   ? "before " + utc_text(*gap.to_ns)
+                                           : std::string("of the session, all of them");
+    lines.push_back(fmt::format("{} messages of {} {}", gap.missing, shown(topic), when));
   }
+  if (account.gap_count > account.gaps.size()) {
+    lines.push_back(fmt::format("and in {} more gaps of {}: {} messages of it in all",
+                                account.gap_count - account.gaps.size(), shown(topic), account.missing));
+  }
+  return lines;
+}
+
+std::vector<std::string> missing_times(const RecoveredSession& session) {
+  std::vector<std::string> lines = damage_lines(session.damages, session.damage_count, session.damaged_bytes);
+  for (const auto& [topic, account] : session.topics)
+    std::ranges::move(gap_lines(topic, account), std::back_inserter(lines));
   if (!session.was_whole)
     lines.push_back(session.messages > 0 ? "everything after " + utc_text(session.last_ns) : "every message");
   return lines;
@@ -112,6 +134,8 @@ RecoveredSession recover_session(const std::filesystem::path& input, const std::
     while (reader.next()) {
     }
     result.damages = reader.file().damages();
+    result.damage_count = reader.file().damage_count();
+    result.damaged_bytes = reader.file().damaged_bytes();
     result.topics = reader.topics();
     result.was_whole = reader.file().whole();
     McapTexts texts{{"of", input.filename().string()}, {"messages", std::to_string(result.messages)}};

@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -14,7 +16,9 @@ namespace risorius {
 
 struct RecoveredSession {
   std::uint64_t messages = 0;
-  std::vector<McapDamage> damages;             ///< in the file that was read
+  std::vector<McapDamage> damages;             ///< in the file that was read, the first of them
+  std::uint64_t damage_count = 0;              ///< all of them
+  std::uint64_t damaged_bytes = 0;             ///< of the file, that could not be read for them
   std::map<std::string, TopicAccount> topics;  ///< with their gaps
   std::int64_t first_ns = 0, last_ns = 0;      ///< of the messages, UTC
   bool was_whole = false;                      ///< it had its end; what is missing was lost in its chunks
@@ -24,8 +28,14 @@ struct RecoveredSession {
 RecoveredSession recover_session(const std::filesystem::path& input, const std::filesystem::path& output,
                                  const std::function<void(std::uint64_t done, std::uint64_t of)>& progress);
 
-/// What is missing, in words with UTC times, a line each; empty if nothing is.
+/// What is missing, in words with UTC times, a line each; empty if nothing is. Of very many damages or gaps the first,
+/// and how many there are.
 std::vector<std::string> missing_times(const RecoveredSession& session);
+
+/// "byte 4711: PROBLEM; it held messages from ... to ...", a line each; of more than are listed their number.
+std::vector<std::string> damage_lines(std::span<const McapDamage> damages, std::uint64_t count, std::uint64_t bytes);
+/// "7 messages of TOPIC between ... and ..." or "before ...", a line each; of more than are listed their number.
+std::vector<std::string> gap_lines(const std::string& topic, const TopicAccount& account);
 
 /// "2026-01-31 10:20:30.123456 UTC".
 std::string utc_text(std::int64_t utc_ns);

@@ -11,6 +11,7 @@
 #include "capture/version.h"
 #include "replay/live/messages.h"
 #include "replay/pipeline/stage_config.h"
+#include "replay/session/known_set.h"
 #include "replay/session/session_reader.h"
 #include "replay/session/session_solver.h"
 #include "replay/takes/arkit_aus.h"
@@ -153,6 +154,7 @@ struct VerifiedStream {
                 .continued = [this](const Continuation& c) { continuations.add_solved(c, c.header); }}) {}
 
   Rig rig;
+  KnownSet set;
   Comparison<AuFrame> aus;
   Comparison<Continuation> continuations;
   SessionSolver solver;
@@ -177,6 +179,12 @@ std::uint64_t SessionVerdict::equal() const noexcept {
   return sum;
 }
 
+std::uint64_t SessionVerdict::not_solved() const noexcept {
+  std::uint64_t sum = 0;
+  for (const VerifiedTopic& topic : topics) sum += topic.not_solved;
+  return sum;
+}
+
 SessionVerdict verify_session(const std::filesystem::path& path, const SessionProgress& progress) {
   SessionReader reader(path);
   SessionVerdict verdict;
@@ -186,20 +194,23 @@ SessionVerdict verify_session(const std::filesystem::path& path, const SessionPr
     if (done == 0) reader.require_session();
     if (done % kProgressStride == 0) progress(reader.bytes_read(), reader.bytes());
     const SessionTopic topic = reader.topic();
-    if (topic != SessionTopic::kTicks && topic != SessionTopic::kAus && topic != SessionTopic::kContinuations) continue;
+    const bool is_tick = topic == SessionTopic::kTicks || topic == SessionTopic::kSets;
+    if (!is_tick && topic != SessionTopic::kAus && topic != SessionTopic::kContinuations) continue;
     auto& stream = streams[reader.stream()];
     if (!stream) {
       const StreamFacts* facts = reader.find_stream(reader.stream());
-      if (facts == nullptr) throw UserError(path.string(), "says nothing of stream " + shown(reader.stream()), "");
+      if (facts == nullptr)
+        throw UserError(path.string(), "says nothing of stream " + shown(reader.stream()),
+                        "is its begin damaged? risorius info says so");
       stream = std::make_unique<VerifiedStream>(*facts, reader.config_toml(), path.string());
     }
     if (topic == SessionTopic::kAus) stream->aus.add_recorded(reader.message().data);
     if (topic == SessionTopic::kContinuations) stream->continuations.add_recorded(reader.message().data);
-    if (topic != SessionTopic::kTicks) continue;
+    if (!is_tick || !stream->set.is_news(topic, reader.message().data)) continue;
     if (!decode_tick(reader.message().data, tick))
       throw UserError(path.string(), "has a Tick of " + reader.stream() + " that cannot be read", "");
     stream->solver.take(tick);
-    ++verdict.ticks;
+    verdict.ticks += topic == SessionTopic::kTicks ? 1 : 0;
   }
   reader.require_session();
   for (const auto& [name, stream] : streams) {
@@ -209,7 +220,7 @@ SessionVerdict verify_session(const std::filesystem::path& path, const SessionPr
     if (const auto ticks = topics.find(session_topic(SessionTopic::kTicks, name)); ticks != topics.end())
       verdict.missing_ticks += ticks->second.missing;
   }
-  verdict.whole = reader.file().whole() && reader.file().damages().empty();
+  verdict.whole = reader.file().whole() && reader.file().damage_count() == 0;
   if (const std::string version = value_of(reader.session(), "risorius"); version != kVersion)
     verdict.notes.push_back("recorded by risorius " + shown(version) + ", this is " + kVersion);
   if (const std::string set = value_of(reader.session(), "instruction_set"); set != kInstructionSet)

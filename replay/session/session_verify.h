@@ -30,6 +30,7 @@ struct SessionVerdict {
 
   std::uint64_t different() const noexcept;
   std::uint64_t equal() const noexcept;
+  std::uint64_t not_solved() const noexcept;
 };
 
 /// Called now and then with bytes read and the file's.

@@ -4,6 +4,8 @@
 #include <exception>
 #include <fmt/format.h>
 
+#include "replay/session/tick_codec.h"
+
 namespace risorius {
 namespace {
 
@@ -24,6 +26,12 @@ SessionWriter::SessionWriter(std::filesystem::path path, SessionDescription desc
       file_.add_schema(std::string(kMarkerViewSchemaName), "jsonschema", std::string(marker_view_schema()));
   status_channel_ = file_.add_channel(0, session_topic(SessionTopic::kStatus, ""), "msgpack");
   topics_.push_back(session_topic(SessionTopic::kStatus, ""));
+  for (const SessionStream& stream : description_.streams) add_stream(stream);
+  for (int copy = 0; copy < 2; ++copy) describe();
+  bytes_.set(file_.bytes_written());
+}
+
+void SessionWriter::describe() {
   McapTexts facts = description_.facts;
   facts["format"] = std::string(kSessionFormat);
   facts["version"] = std::string(kSessionVersion);
@@ -31,16 +39,16 @@ SessionWriter::SessionWriter(std::filesystem::path path, SessionDescription desc
   facts["utc_ns"] = std::to_string(description_.utc_ns);
   file_.write_metadata({std::string(kSessionMetadata), facts});
   file_.write_metadata({std::string(kConfigMetadata), {{"toml", description_.config_toml}}});
-  for (const SessionStream& stream : description_.streams) add_stream(stream);
-  bytes_.set(file_.bytes_written());
+  for (const SessionStream& stream : description_.streams) {
+    file_.write_metadata({std::string(kStreamMetadata),
+                          {{"name", stream.name}, {"protocol", stream.protocol}, {"rig", stream.rig_json}}});
+  }
 }
 
 void SessionWriter::add_stream(const SessionStream& stream) {
-  file_.write_metadata(
-      {std::string(kStreamMetadata), {{"name", stream.name}, {"protocol", stream.protocol}, {"rig", stream.rig_json}}});
   Stream& state = streams_.emplace_back();
   for (const SessionTopic topic : {SessionTopic::kTicks, SessionTopic::kAus, SessionTopic::kContinuations,
-                                   SessionTopic::kAuView, SessionTopic::kMarkerView}) {
+                                   SessionTopic::kAuView, SessionTopic::kMarkerView, SessionTopic::kSets}) {
     const std::uint16_t schema = topic == SessionTopic::kAuView       ? au_view_schema_
                                  : topic == SessionTopic::kMarkerView ? marker_view_schema_
                                                                       : std::uint16_t{0};
@@ -76,6 +84,25 @@ void SessionWriter::append(std::uint16_t channel, std::uint32_t sequence, std::i
   if (file_.chunk_bytes() >= kChunkBytes) end_chunk();
 }
 
+/// What a chunk's frames mean is in their chunk: the set that is in force stands before the first of them.
+void SessionWriter::write_tick(Stream& stream, std::uint32_t sequence, std::int64_t time_ns,
+                               std::span<const std::byte> bytes) {
+  if (is_marker_set_tick(bytes)) {
+    stream.set_tick.assign(bytes.begin(), bytes.end());
+    stream.chunk_of_set_tick = chunks_;
+  } else {
+    // Again, if the set itself filled its chunk.
+    while (stream.chunk_of_set_tick != chunks_ && !stream.set_tick.empty()) write_set(stream, time_ns);
+  }
+  append(stream.channels[index_of(SessionTopic::kTicks)], sequence, time_ns, bytes);
+}
+
+/// All of a topic that is no loss when it is lost have the sequence 0.
+void SessionWriter::write_set(Stream& stream, std::int64_t time_ns) {
+  stream.chunk_of_set_tick = chunks_;
+  append(stream.channels[index_of(SessionTopic::kSets)], 0, time_ns, stream.set_tick);
+}
+
 void SessionWriter::append_text(SessionTopic topic, Stream& stream, std::uint32_t& sequence, std::int64_t time_ns,
                                 const std::string& text) {
   if (text.empty()) return;
@@ -96,6 +123,11 @@ void SessionWriter::write(SessionTopic topic, std::uint32_t stream, std::uint32_
   try {
     if (topic == SessionTopic::kStatus) return append(status_channel_, sequence, time_ns, bytes);
     Stream& state = streams_[stream];
+    if (topic == SessionTopic::kTicks) return write_tick(state, sequence, time_ns, bytes);
+    if (topic == SessionTopic::kSets) {
+      state.set_tick.assign(bytes.begin(), bytes.end());
+      return write_set(state, time_ns);
+    }
     const std::int64_t utc_ns = time_ns + utc_minus_monotonic_ns_;
     if (topic == SessionTopic::kMarkerView) {
       return append_text(topic, state, state.marker_views, time_ns, marker_view_json(bytes, utc_ns));
@@ -127,6 +159,7 @@ void SessionWriter::end_chunk() noexcept {
     (written ? messages_ : not_written_).add(count);
   }
   in_chunk_.clear();
+  ++chunks_;
   bytes_.set(file_.bytes_written());
 }
 
@@ -148,7 +181,7 @@ void SessionWriter::finish(const McapTexts& texts) noexcept {
       offered(SessionTopic::kMarkerView, streams_[i].marker_views);
     }
     report["first_error"] = problem();
-    file_.write_metadata({std::string(kReportMetadata), report});
+    for (int copy = 0; copy < 2; ++copy) file_.write_metadata({std::string(kReportMetadata), report});
     file_.finish();
   } catch (const std::exception& error) {
     note_problem(error.what());

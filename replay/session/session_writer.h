@@ -1,7 +1,8 @@
 // A session's MCAP file as it grows: channels of each stream, views for viewers, and an account of what came in, what
-// is on the disk and what the disk did not take. A chunk is closed, with its CRC and in the system's hands, every half
-// second, and on the disk soon after: so a crash costs less than one. One thread (the recorder's); what others read are
-// Counters.
+// is on the disk and what the disk did not take. What all else hangs on is there more than once: the description and
+// the report twice, the Tick of a stream's marker set again in each chunk that has Ticks of the stream. A chunk is
+// closed, with its CRC and in the system's hands, every half second, and on the disk soon after: so a crash costs less
+// than one. One thread (the recorder's); what others read are Counters.
 #pragma once
 
 #include <array>
@@ -51,7 +52,8 @@ class SessionWriter {
 
   void write_raw(std::uint32_t stream, std::uint32_t sequence, std::int64_t time_ns, const RawOrigin& origin,
                  std::span<const std::byte> bytes) noexcept;
-  /// `topic`: not kRaw. AUs are written, and shown if it is time; kMarkerView takes a published message.
+  /// `topic`: not kRaw. AUs are written, and shown if it is time; kMarkerView takes a published message; kSets takes
+  /// the Tick of a set whose own place in kTicks was lost.
   void write(SessionTopic topic, std::uint32_t stream, std::uint32_t sequence, std::int64_t time_ns,
              std::span<const std::byte> bytes) noexcept;
   /// Closes the chunk in the making if it is old enough.
@@ -75,9 +77,14 @@ class SessionWriter {
     std::vector<std::pair<RawOrigin, std::uint16_t>> raw_channels;
     ViewDecimator au_view;
     std::uint32_t au_views = 0, marker_views = 0;
+    std::vector<std::byte> set_tick;      ///< of the set that is in force; empty: none yet
+    std::uint64_t chunk_of_set_tick = 0;  ///< the last chunk that holds it
   };
 
   void add_stream(const SessionStream& stream);
+  void describe();
+  void write_tick(Stream& stream, std::uint32_t sequence, std::int64_t time_ns, std::span<const std::byte> bytes);
+  void write_set(Stream& stream, std::int64_t time_ns);
   std::uint16_t raw_channel(std::uint32_t stream, const RawOrigin& origin);
   void append(std::uint16_t channel, std::uint32_t sequence, std::int64_t time_ns, std::span<const std::byte> bytes);
   void append_text(SessionTopic topic, Stream& stream, std::uint32_t& sequence, std::int64_t time_ns,
@@ -95,6 +102,7 @@ class SessionWriter {
   std::map<std::uint16_t, std::uint64_t> in_chunk_;  ///< messages by channel
   std::map<std::string, Account> accounts_;          ///< by topic
   std::int64_t chunk_begin_ns_ = 0;
+  std::uint64_t chunks_ = 1;  ///< with the one in the making
   bool finished_ = false;
   Counter messages_, not_written_, bytes_;
   mutable std::mutex problem_mutex_;

@@ -163,6 +163,11 @@ void encode_recording_tick(bool started, std::string_view name, ByteAppender& ou
   append_text(name, out);
 }
 
+bool is_marker_set_tick(std::span<const std::byte> bytes) noexcept {
+  return bytes.size() >= 2 &&
+         std::to_integer<std::uint8_t>(bytes[1]) == static_cast<std::uint8_t>(TickKind::kMarkerSet);
+}
+
 bool decode_tick(std::span<const std::byte> bytes, SessionTick& tick) {
   ByteReader in(bytes);
   const auto version = in.read<std::uint8_t>(), kind = in.read<std::uint8_t>();

@@ -43,6 +43,8 @@ void encode_end_of_stream_tick(ByteAppender& out);
 void encode_neutral_tick(std::int64_t duration_ns, ByteAppender& out);
 void encode_recording_tick(bool started, std::string_view name, ByteAppender& out);
 
+/// By its head alone.
+bool is_marker_set_tick(std::span<const std::byte> bytes) noexcept;
 /// False if the bytes are no Tick, or one that no pipeline could have been given.
 bool decode_tick(std::span<const std::byte> bytes, SessionTick& tick);
 

@@ -157,6 +157,17 @@ TEST(Tool, ReadsAStretchOfATakeIntoADataset) {
   EXPECT_NE(beyond.output.find("the take ends after 120 frames"), std::string::npos) << beyond.output;
 }
 
+TEST(Tool, ATakeNamedLikeAFileOfTheDatasetGetsAnotherFolder) {
+  TemporaryFolder folder;
+  const std::string tool = program("risorius").string();
+  const auto take = (folder.path() / "README.md.csv").string(), out = (folder.path() / "out").string();
+  ASSERT_EQ(run({tool, "perform", "--script", "idle", "--seconds", "0.5", "-o", take}).exit_code, 0);
+  const auto made = run({tool, "dataset", take, "--rig", "builtin", "--causal", "-o", out});
+  EXPECT_EQ(made.exit_code, 0) << made.output;
+  EXPECT_TRUE(std::filesystem::is_regular_file(std::filesystem::path(out) / "README.md"));
+  EXPECT_TRUE(std::filesystem::exists(std::filesystem::path(out) / "README.md-2" / "au.csv"));
+}
+
 TEST(Tool, LeavesNothingHalfWrittenBehindWhenInterrupted) {
   TemporaryFolder folder;
   const auto take = (folder.path() / "take.csv").string();

@@ -30,21 +30,22 @@ TEST(RawTap, NamesTheSender) {
 
 struct Seen {
   std::vector<test::Bytes> datagrams;
+  std::size_t refused = 0;
   std::uint32_t stream_id = 0;
   std::int64_t last_ns = 0;
   std::string from;
 };
 
-void receive(void* context, std::uint32_t stream_id, std::span<const std::byte> bytes, const RawOrigin& origin,
-             std::int64_t receive_time_ns) noexcept {
+void receive(void* context, std::uint32_t stream_id, const RawMessage& message) noexcept {
   auto& seen = *static_cast<Seen*>(context);
-  seen.datagrams.emplace_back(bytes.begin(), bytes.end());
+  seen.datagrams.emplace_back(message.bytes.begin(), message.bytes.end());
+  seen.refused += message.is_refused ? 1 : 0;
   seen.stream_id = stream_id;
-  seen.last_ns = receive_time_ns;
-  seen.from = text_of(origin);
+  seen.last_ns = message.receive_time_ns;
+  seen.from = text_of(message.origin);
 }
 
-TEST(RawTap, HearsEveryDatagramOfASourceAsItCameTheRefusedOnesToo) {
+TEST(RawTap, HearsEveryDatagramOfASourceAsItCameAndWhichOnesWereRefused) {
   boost::asio::io_context io;
   UdpSource source(io, {.port = 0}, [&source] {
     for (SourceEvent event; source.pop(event);) {
@@ -60,6 +61,7 @@ TEST(RawTap, HearsEveryDatagramOfASourceAsItCameTheRefusedOnesToo) {
   for (const auto& datagram : sent) ASSERT_TRUE(udp.send(datagram));
   ASSERT_TRUE(test::run_until(io, [&] { return source.counters().datagrams.received.value() >= sent.size(); }));
   EXPECT_EQ(seen.datagrams, sent);
+  EXPECT_EQ(seen.refused, 1u);
   EXPECT_EQ(seen.stream_id, 5u);
   EXPECT_GT(seen.last_ns, 0);
   EXPECT_TRUE(seen.from.starts_with("127.0.0.1:")) << seen.from;

@@ -20,7 +20,9 @@ using Item = McapReader::Item;
 struct Seen {
   std::vector<std::pair<std::int64_t, std::string>> messages;  ///< time, topic and content
   std::vector<std::string> metadata;
+  std::vector<McapTexts> texts;  ///< of the metadata
   std::vector<McapDamage> damages;
+  std::uint64_t damage_count = 0, damaged_bytes = 0;
   bool whole = false;
 };
 
@@ -30,6 +32,7 @@ Seen read_all(const std::filesystem::path& path) {
   for (Item item = reader.next(); item != Item::kEnd; item = reader.next()) {
     if (item == Item::kMetadata) {
       seen.metadata.push_back(reader.metadata().name);
+      seen.texts.push_back(reader.metadata().texts);
       continue;
     }
     const McapMessage& message = reader.message();
@@ -38,6 +41,8 @@ Seen read_all(const std::filesystem::path& path) {
                                  std::string(reinterpret_cast<const char*>(message.data.data()), message.data.size()));
   }
   seen.damages = reader.damages();
+  seen.damage_count = reader.damage_count();
+  seen.damaged_bytes = reader.damaged_bytes();
   seen.whole = reader.whole();
   EXPECT_EQ(reader.next(), Item::kEnd) << "the end stays the end";
   return seen;
@@ -208,14 +213,136 @@ TEST_F(Mcap, ADamagedLengthCostsNothingWhereTheRecordTellsItTwice) {
       const Seen seen = read_bytes(broken);
       EXPECT_EQ(seen.messages, three_chunks_);
       EXPECT_TRUE(seen.whole);
-      EXPECT_EQ(seen.metadata.size(), op == McapOp::kMetadata ? 0u : 1u);
+      EXPECT_EQ(seen.metadata.size(), 1u);
       ASSERT_EQ(seen.damages.size(), 1u);
       EXPECT_EQ(seen.damages[0].offset, at);
-      const char* how = op == McapOp::kMetadata ? "read on at byte" : "by what it says of its parts";
-      EXPECT_NE(seen.damages[0].problem.find(how), std::string::npos) << seen.damages[0].problem;
+      EXPECT_EQ(seen.damaged_bytes, 0u);
+      EXPECT_NE(seen.damages[0].problem.find("by what it says of its parts"), std::string::npos)
+          << seen.damages[0].problem;
     }
   }
   EXPECT_EQ(chunk, 3u);
+}
+
+TEST_F(Mcap, AnyDamagedBitOfMetadataIsKnownAlsoInATornFile) {
+  {
+    McapWriter writer(path());
+    writer.write_metadata({"session", {{"consent", "form 12"}}});
+    write_three_chunks(writer);
+  }
+  const std::string whole = bytes();
+  std::size_t metadata = 0;
+  for (const auto& [op, at] : records_of(whole)) {
+    if (op != McapOp::kMetadata) continue;
+    const McapTexts own = metadata++ == 0 ? McapTexts{{"consent", "form 12"}} : McapTexts{{"toml", "[record]"}};
+    std::uint64_t length = 0;
+    std::memcpy(&length, whole.data() + at + 1, sizeof length);
+    for (std::size_t bit = 0; bit < 8 * (kMcapRecordHeadBytes + length); ++bit) {
+      SCOPED_TRACE(testing::Message() << "metadata " << metadata << ", bit " << bit);
+      std::string broken = whole;
+      broken[at + bit / 8] = static_cast<char>(broken[at + bit / 8] ^ (1U << bit % 8));
+      const Seen seen = read_bytes(broken);
+      ASSERT_EQ(seen.messages, three_chunks_);
+      ASSERT_GE(seen.damage_count, 1u);
+      ASSERT_GE(seen.metadata.size(), 1u) << "the others are read";
+      if (seen.metadata.size() == 2u) {
+        ASSERT_EQ(seen.texts[metadata - 1], own);
+      }
+    }
+  }
+  EXPECT_EQ(metadata, 2u);
+}
+
+TEST_F(Mcap, ADamagedKindIsToldAndCostsNothingWhereTheRecordTellsItTwice) {
+  {
+    McapWriter writer(path());
+    write_three_chunks(writer);
+    writer.finish();
+  }
+  const std::string whole = bytes();
+  std::size_t chunks = 0;
+  for (const auto& [op, at] : records_of(whole)) {
+    if (op == McapOp::kHeader) continue;  // by which it is known whose file it is
+    if (op == McapOp::kSchema) break;     // the summary
+    chunks += op == McapOp::kChunk ? 1 : 0;
+    for (std::size_t bit = 0; bit < 8; ++bit) {
+      SCOPED_TRACE(testing::Message() << "record " << static_cast<int>(op) << " at " << at << ", bit " << bit);
+      std::string broken = whole;
+      broken[at] = static_cast<char>(broken[at] ^ (1U << bit));
+      const Seen seen = read_bytes(broken);
+      EXPECT_EQ(seen.messages, three_chunks_);
+      EXPECT_EQ(seen.metadata.size(), 1u);
+      EXPECT_TRUE(seen.whole);
+      ASSERT_EQ(seen.damage_count, 1u);
+      EXPECT_EQ(seen.damages[0].offset, at);
+    }
+  }
+  EXPECT_EQ(chunks, 3u);
+}
+
+TEST_F(Mcap, OfManyDamagesTheFirstHundredAreListedAndAllAreCounted) {
+  constexpr std::size_t kChunks = 150;
+  {
+    McapWriter writer(path());
+    const auto channel = writer.add_channel(0, "/a", "raw");
+    for (std::size_t chunk = 0; chunk < kChunks; ++chunk) {
+      write(writer, channel, static_cast<std::int64_t>(chunk), "content");
+      writer.end_chunk();
+    }
+    writer.finish();
+  }
+  std::string broken = bytes();
+  std::uint64_t chunk_bytes = 0;
+  for (const auto& [op, at] : records_of(broken)) {
+    if (op != McapOp::kChunk) continue;
+    std::uint64_t length = 0;
+    std::memcpy(&length, broken.data() + at + 1, sizeof length);
+    chunk_bytes += kMcapRecordHeadBytes + length;
+    broken[at + kMcapRecordHeadBytes + length - 1] = 'X';
+  }
+  const Seen seen = read_bytes(broken);
+  EXPECT_TRUE(seen.messages.empty());
+  EXPECT_EQ(seen.damages.size(), McapReader::kMostDamages);
+  EXPECT_EQ(seen.damage_count, kChunks);
+  EXPECT_EQ(seen.damaged_bytes, chunk_bytes);
+}
+
+TEST_F(Mcap, AChunkOfHundredsOfGigabytesIsToldAndPassedOver) {
+  {
+    McapWriter writer(path());
+    write_three_chunks(writer);
+  }
+  const std::string whole = bytes();
+  std::vector<std::size_t> chunks;
+  for (const auto& [op, at] : records_of(whole)) {
+    if (op == McapOp::kChunk) chunks.push_back(at);
+  }
+  ASSERT_EQ(chunks.size(), 3u);
+  constexpr std::uint64_t kRecordsBytes = 200'000'000'000, kLength = kRecordsBytes + 40;
+  std::string head = whole.substr(0, chunks[2]);
+  std::memcpy(head.data() + chunks[1] + 1, &kLength, 8);
+  for (const std::size_t at : {25, 41}) std::memcpy(head.data() + chunks[1] + at, &kRecordsBytes, 8);
+  head.resize(chunks[1] + 49);
+  // A hole in the file, with and without another chunk behind it.
+  const std::uint64_t end = chunks[1] + kMcapRecordHeadBytes + kLength;
+  std::ofstream(path("sparse.mcap"), std::ios::binary) << head;
+  std::error_code error;
+  std::filesystem::resize_file(path("sparse.mcap"), end, error);
+  if (error) GTEST_SKIP() << "this file system has no such files: " << error.message();
+  const Seen torn = read_all(path("sparse.mcap"));
+  EXPECT_EQ(torn.messages, std::vector(three_chunks_.begin(), three_chunks_.begin() + 2));
+  ASSERT_EQ(torn.damages.size(), 1u);
+  EXPECT_EQ(torn.damages[0].offset, chunks[1]);
+  EXPECT_EQ(torn.damaged_bytes, end - chunks[1]);
+  EXPECT_NE(torn.damages[0].problem.find("200000000040 bytes"), std::string::npos) << torn.damages[0].problem;
+
+  std::ofstream(path("sparse.mcap"), std::ios::binary | std::ios::app) << whole.substr(chunks[2]);
+  const Seen seen = read_all(path("sparse.mcap"));
+  auto expected = three_chunks_;
+  expected.erase(expected.begin() + 2, expected.begin() + 4);
+  EXPECT_EQ(seen.messages, expected);
+  ASSERT_EQ(seen.damages.size(), 1u);
+  EXPECT_EQ(seen.damaged_bytes, end - chunks[1]);
 }
 
 /// A recording holds what others send: bytes that look like the file's own must not be taken for it.
@@ -252,6 +379,12 @@ TEST_F(Mcap, WhatSomebodySentIsNotTakenForTheFile) {
   EXPECT_EQ(seen.messages[0], (std::pair<std::int64_t, std::string>(100, "/a:" + forged)));
   EXPECT_TRUE(seen.whole);
   EXPECT_FALSE(seen.damages.empty());
+}
+
+TEST_F(Mcap, WhatCannotBeNumberedIsRefused) {
+  McapWriter writer(path());
+  for (int i = 0; i < 65535; ++i) writer.add_channel(0, "/a", "raw");
+  EXPECT_THROW(writer.add_channel(0, "/a", "raw"), UserError);
 }
 
 TEST_F(Mcap, NeverWritesOverAFile) {

@@ -1,13 +1,17 @@
 // A session's file, written, read, torn, recovered and solved again; without a daemon.
+#include <boost/asio/io_context.hpp>
+#include <fmt/format.h>
 #include <fstream>
 #include <gtest/gtest.h>
 #include <memory>
 #include <sstream>
 
 #include "capture/errors.h"
+#include "capture/wire/udp_source.h"
 #include "replay/live/messages.h"
 #include "replay/performer/performer.h"
 #include "replay/pipeline/stage_config.h"
+#include "replay/session/session_player.h"
 #include "replay/session/session_recover.h"
 #include "replay/session/session_solver.h"
 #include "replay/session/session_verify.h"
@@ -97,6 +101,8 @@ TEST_F(SessionFile, HoldsWhatWasRecordedAndSolvesToTheSameBits) {
   EXPECT_EQ(topics.at("/face/ticks").missing, 0u);
   EXPECT_EQ(topics.at("/face/au").messages, 180u);
   EXPECT_EQ(topics.at("/face/view/au").messages, 90u) << "60 of 120 a second";
+  EXPECT_GE(topics.at("/face/sets").messages, 2u) << "in each chunk but the first";
+  EXPECT_EQ(topics.at("/face/sets").missing, 0u);
   EXPECT_EQ(topics.at("/face/raw").first_ns, 1'700'000'000'000'000'000 + 4'000);
 
   const SessionVerdict verdict = verify_session(path(), no_progress);
@@ -157,6 +163,154 @@ TEST_F(SessionFile, TornAnywhereItIsRecoveredAndWhatIsThereIsEqual) {
     std::filesystem::remove(path("recovered.mcap"));
   }
   EXPECT_GT(most, 400u);
+}
+
+/// The first chunk of a session is damaged, which held the Tick of the marker set.
+class SessionWithoutItsFirstChunk : public SessionFile {
+ protected:
+  void SetUp() override {
+    {
+      SessionDescription description = this->description();
+      description.streams[0].protocol = "natnet";
+      SessionWriter writer(path(), description);
+      record(writer, 180);
+      writer.finish({});
+    }
+    std::string broken = bytes(path());
+    const std::size_t datagram = broken.find("datagram");
+    ASSERT_NE(datagram, std::string::npos);
+    broken[datagram] = 'D';
+    std::ofstream(path("broken.mcap"), std::ios::binary) << broken;
+  }
+  /// Plays it to a port of ours; `repeats`: with the repeated sets.
+  SessionPlayer::Counts play(bool repeats) const {
+    boost::asio::io_context io;
+    const UdpSource receiver(io, {.port = 0}, [] {});
+    const SendTarget target = parse_send_target(fmt::format("udp://127.0.0.1:{}", receiver.port()));
+    SessionReader reader(path("broken.mcap"));
+    std::unique_ptr<SessionPlayer> player;
+    while (reader.next()) {
+      if (!player) player = make_session_player(reader.streams().front(), target, std::nullopt);
+      if (!player->takes(reader.topic()) || (reader.topic() == SessionTopic::kSets && !repeats)) continue;
+      player->send(reader.topic(), reader.message().data);
+    }
+    player->finish();
+    return player->counts();
+  }
+};
+
+TEST_F(SessionWithoutItsFirstChunk, IsSolvedFromTheNextOneOn) {
+  const SessionVerdict verdict = verify_session(path("broken.mcap"), no_progress);
+  EXPECT_FALSE(verdict.whole);
+  EXPECT_GT(verdict.missing_ticks, 40u);
+  EXPECT_EQ(verdict.ticks + verdict.missing_ticks, 181u);
+  const VerifiedTopic& aus = verdict.topics.at(0);
+  EXPECT_EQ(aus.not_solved, 0u);
+  EXPECT_EQ(aus.equal + aus.different, verdict.ticks) << "each frame that is there is solved";
+}
+
+TEST_F(SessionWithoutItsFirstChunk, IsSentFromTheNextOneOnAndWithoutRepeatsSaysWhatItLeavesOut) {
+  const SessionVerdict verdict = verify_session(path("broken.mcap"), no_progress);
+  const auto counts = play(true);
+  EXPECT_EQ(counts.sent, verdict.ticks);
+  EXPECT_EQ(counts.without_set, 0u);
+  const auto older = play(false);
+  EXPECT_EQ(older.sent, 0u);
+  EXPECT_EQ(older.without_set, verdict.ticks);
+}
+
+TEST_F(SessionFile, DamagedMetadataAreToldAndTheirCopyCounts) {
+  {
+    SessionWriter writer(path(), description());
+    record(writer, 60);
+  }
+  const std::string whole = bytes(path());
+  const std::string rig = description().streams[0].rig_json;
+  for (const std::string& words : {std::string("form 12"), std::string("risorius-session"), rig.substr(0, 40)}) {
+    SCOPED_TRACE(words);
+    const std::size_t first = whole.find(words), second = whole.find(words, first + 1);
+    ASSERT_NE(second, std::string::npos);
+    for (const std::size_t at : {first, second}) {
+      std::string broken = whole;
+      broken[at + 2] ^= 1;
+      std::ofstream(path("broken.mcap"), std::ios::binary) << broken;
+      SessionReader reader(path("broken.mcap"));
+      while (reader.next()) {
+      }
+      EXPECT_NO_THROW(reader.require_session());
+      EXPECT_EQ(reader.session().at("consent"), "form 12");
+      ASSERT_EQ(reader.streams().size(), 1u);
+      EXPECT_EQ(reader.streams()[0].rig_json, rig);
+      EXPECT_EQ(reader.config_toml(), description().config_toml);
+      EXPECT_EQ(reader.file().damage_count(), 1u);
+    }
+    std::string broken = whole;
+    broken[first + 2] ^= 1;
+    broken[second + 2] ^= 1;
+    std::ofstream(path("broken.mcap"), std::ios::binary) << broken;
+    SessionReader reader(path("broken.mcap"));
+    while (reader.next()) {
+    }
+    EXPECT_EQ(reader.file().damage_count(), 2u);
+    if (words.front() != '{') {
+      try {
+        reader.require_session();
+        ADD_FAILURE() << "a session without its description";
+      } catch (const UserError& error) {
+        EXPECT_NE(std::string(error.what()).find("damaged"), std::string::npos) << error.what();
+      }
+    }
+  }
+}
+
+TEST_F(SessionFile, WhatIsMissingBeforeATopicsFirstMessageIsToldSo) {
+  {
+    SessionWriter writer(path(), description());
+    writer.write(SessionTopic::kContinuations, 0, 3, 1'000, {});
+    writer.write(SessionTopic::kContinuations, 0, 6, 2'001'000, {});
+    writer.finish({});
+  }
+  const auto lines = missing_times(recover_session(path(), path("recovered.mcap"), no_progress));
+  EXPECT_EQ(lines, (std::vector<std::string>{
+                       "3 messages of /face/continuation before 2023-11-14 22:13:20.000000 UTC",
+                       "2 messages of /face/continuation between 2023-11-14 22:13:20.000000 UTC and 2023-11-14 "
+                       "22:13:20.002000 UTC"}));
+}
+
+TEST_F(SessionFile, OfManyGapsAHundredAreListedAndAllAreCounted) {
+  {
+    SessionWriter writer(path(), description());
+    for (std::uint32_t i = 0; i < 150; ++i) writer.write(SessionTopic::kStatus, 0, 2 * i, 1'000 * i, {});
+    writer.finish({});
+  }
+  const auto recovered = recover_session(path(), path("recovered.mcap"), no_progress);
+  const auto lines = missing_times(recovered);
+  ASSERT_EQ(lines.size(), TopicAccount::kMostGaps + 1);
+  EXPECT_EQ(lines.back(), "and in 49 more gaps of /status: 149 messages of it in all");
+}
+
+/// Each message has a channel of its own, under one id: more than a file can number.
+TEST_F(SessionFile, OfMoreChannelsThanAFileCanHaveNothingIsRecovered) {
+  ByteAppender records, file;
+  constexpr int kChannels = 70'000;
+  for (int i = 0; i < kChannels; ++i) {
+    append_mcap_record(
+        McapChannel{.id = 1, .topic = fmt::format("/{}", i), .message_encoding = "raw", .metadata = {}}, records);
+    append_mcap_record(McapMessage{.channel_id = 1, .log_time_ns = 700'000'000LL * i, .data = {}}, records);
+  }
+  file.append_bytes(std::as_bytes(std::span(kMcapMagic)));
+  const std::size_t chunk = begin_mcap_record(McapOp::kChunk, file);
+  for (const std::uint64_t value : {std::uint64_t{0}, std::uint64_t{0}, std::uint64_t{records.size()}})
+    file.append(value);
+  file.append(mcap_crc(records.bytes()));
+  append_mcap_text("", file);
+  file.append(std::uint64_t{records.size()});
+  file.append_bytes(records.bytes());
+  end_mcap_record(chunk, file);
+  std::ofstream(path("many.mcap"), std::ios::binary)
+      .write(reinterpret_cast<const char*>(file.bytes().data()), static_cast<std::streamsize>(file.size()));
+  EXPECT_THROW(recover_session(path("many.mcap"), path("recovered.mcap"), no_progress), UserError);
+  EXPECT_FALSE(std::filesystem::exists(path("recovered.mcap")));
 }
 
 TEST_F(SessionFile, RefusesWhatIsNoSessionAndKeepsWhatIsThere) {
