@@ -14,7 +14,8 @@ void run_rig(std::span<const std::byte> input) {
   try {
     const Rig rig = parse_rig(as_text(input), "input");
     require(problems_of(rig).empty(), "a rig that was read has no problems");
-    require(rig_to_json(parse_rig(rig_to_json(rig), "again")) == rig_to_json(rig), "written and read, it is the same");
+    const std::string written = rig_to_json(rig);
+    require(rig_to_json(parse_rig(written, "again")) == written, "written and read, it is the same");
   } catch (const UserError&) {
   }
 }
