@@ -9,11 +9,13 @@
 namespace risorius {
 namespace {
 
-// All three were chosen with a network that knew the performer alone, on a recorded person (generate/README.md).
+// All were chosen with a network that knew the performer alone, on a recorded person (generate/README.md).
 constexpr double kMemoryS = 60;
 /// Of the first weights, at 50 ms; it grows with the square of the horizon, since far ahead fewer errors are
 /// independent of each other.
 constexpr double kBelief = 5;
+/// Of all AUs' weights against an AU's own errors, likewise.
+constexpr double kBeliefInAll = 0.1;
 /// In units of s: below, an absolute error counts as a squared one.
 constexpr double kLeastError = 0.1;
 constexpr float kMostResidual = 1.2F;  ///< no intensity changes by more
@@ -46,19 +48,43 @@ std::array<AutoregressionWeights, ContinuationCombination::kHorizons> weights_at
   return all;
 }
 
-double belief(std::size_t horizon) noexcept {
+/// Times kBelief and kBeliefInAll.
+double at_horizon(std::size_t horizon) noexcept {
   const double relative = kContinuationHorizonsMs[horizon] / kContinuationHorizonsMs.front();
-  return kBelief * relative * relative;
+  return relative * relative;
 }
 
 ContinuationCombination::Terms first_weights() noexcept { return {1, 1, 0, 0}; }
 
 }  // namespace
 
-ContinuationCombination::ContinuationCombination() noexcept {
-  weights_.fill(first_weights());
-  gram_.fill(Square::Zero());
-  target_.fill(Column::Zero());
+void ContinuationCombination::Belief::clear(const Terms& first) noexcept {
+  gram.setZero();
+  target.setZero();
+  weights = first;
+}
+
+void ContinuationCombination::Belief::learn(const Terms& terms, float change, double weight) noexcept {
+  const Eigen::Matrix<double, kTerms, 1> column = terms.cast<double>();
+  gram.noalias() += weight * column * column.transpose();
+  target += weight * static_cast<double>(change) * column;
+}
+
+void ContinuationCombination::Belief::forget(double kept) noexcept {
+  gram *= kept;
+  target *= kept;
+}
+
+void ContinuationCombination::Belief::solve(const Terms& prior, double strength) noexcept {
+  const Eigen::Matrix<double, kTerms, kTerms> believed =
+      gram + strength * Eigen::Matrix<double, kTerms, kTerms>::Identity();
+  const Terms solved = believed.ldlt().solve(target + strength * prior.cast<double>()).cast<float>();
+  if (solved.allFinite()) weights = solved;
+}
+
+ContinuationCombination::ContinuationCombination(std::size_t aus) : own_(aus) {
+  for (Belief& belief : shared_) belief.clear(first_weights());
+  for (Beliefs& beliefs : own_) beliefs = shared_;
 }
 
 ContinuationCombination::Terms ContinuationCombination::terms(const ContinuationFeatures& features, Eigen::Index au,
@@ -73,26 +99,27 @@ ContinuationCombination::Terms ContinuationCombination::terms(const Continuation
           -scale * features.inputs(au, 0)};
 }
 
-void ContinuationCombination::learn(std::size_t horizon, const Terms& terms, float change, float scale) noexcept {
-  const double error = std::abs(change - weights_[horizon].dot(terms));
+void ContinuationCombination::learn(std::size_t horizon, Eigen::Index au, const Terms& terms, float change,
+                                    float scale) noexcept {
+  Belief& shared = shared_[horizon];
+  const double error = std::abs(change - shared.weights.dot(terms));
   const double weight = 1 / std::max(error, kLeastError * static_cast<double>(scale));
-  const Column column = terms.cast<double>();
-  gram_[horizon].noalias() += weight * column * column.transpose();
-  target_[horizon] += weight * static_cast<double>(change) * column;
+  shared.learn(terms, change, weight);
+  own_[static_cast<std::size_t>(au)][horizon].learn(terms, change, weight);
 }
 
 void ContinuationCombination::forget(double seconds) noexcept {
   const double kept = std::exp(-std::max(seconds, 0.0) / kMemoryS);
-  for (Square& gram : gram_) gram *= kept;
-  for (Column& target : target_) target *= kept;
+  for (Belief& belief : shared_) belief.forget(kept);
+  for (Beliefs& beliefs : own_) {
+    for (Belief& belief : beliefs) belief.forget(kept);
+  }
 }
 
 void ContinuationCombination::solve() noexcept {
-  const Column first = first_weights().cast<double>();
   for (std::size_t h = 0; h < kHorizons; ++h) {
-    const Square believed = gram_[h] + belief(h) * Square::Identity();
-    const Terms weights = believed.ldlt().solve(target_[h] + belief(h) * first).cast<float>();
-    if (weights.allFinite()) weights_[h] = weights;
+    shared_[h].solve(first_weights(), kBelief * at_horizon(h));
+    for (Beliefs& beliefs : own_) beliefs[h].solve(shared_[h].weights, kBeliefInAll * at_horizon(h));
   }
 }
 

@@ -29,7 +29,7 @@ std::span<float> span_of(Eigen::ArrayXf& x) noexcept { return {x.data(), static_
 
 LearnedContinuation::LearnedContinuation(const Safetensors& weights, const std::string& place,
                                          const std::vector<std::string>& names, std::vector<double> upper_bound)
-    : upper_bound_(std::move(upper_bound)), maker_(names), features_(maker_.allocate()) {
+    : upper_bound_(std::move(upper_bound)), maker_(names), features_(maker_.allocate()), combination_(names.size()) {
   if (names.empty() || names.size() > kMaxAus || names.size() != upper_bound_.size())
     throw std::invalid_argument(
         fmt::format("LearnedContinuation: {} AUs and {} bounds", names.size(), upper_bound_.size()));
@@ -110,7 +110,7 @@ void LearnedContinuation::run() noexcept {
       const auto i = static_cast<Eigen::Index>(h);
       const ContinuationCombination::Terms terms = ContinuationCombination::terms(features_, au, h, scale * out_(i));
       now_.terms[h].col(au) = terms;
-      now_.mean(i, au) = features_.value(au) + combination_.change(h, terms);
+      now_.mean(i, au) = features_.value(au) + combination_.change(h, au, terms);
       now_.deviation(i, au) = std::max(
           scale * std::exp(std::clamp(out_(i + static_cast<Eigen::Index>(kHorizons)), -8.0F, 4.0F)), kLeastDeviation);
       now_.mean(i, au) =
@@ -154,7 +154,8 @@ void LearnedContinuation::score(const Prediction& made, std::size_t horizon, flo
     const auto column = static_cast<Eigen::Index>(au);
     const float actual = before_[au] + share * (x_[au] - before_[au]);
     if (made.scale(column) > kStillScale)
-      combination_.learn(horizon, made.terms[horizon].col(column), actual - made.value(column), made.scale(column));
+      combination_.learn(horizon, column, made.terms[horizon].col(column), actual - made.value(column),
+                         made.scale(column));
     if (most_[au] - least_[au] < kMoved) continue;
     ++scored;
     if (std::abs(actual - made.mean(h, column)) > kNinety * factor * made.deviation(h, column)) ++missed;
