@@ -18,6 +18,7 @@ constexpr float kLearning = 0.02F;
 constexpr float kMostLogFactor = 4;  ///< a factor of 55: a face at rest says little of how far it will go
 constexpr float kMoved = 0.1F;       ///< AUs that have not moved by this say nothing about errors
 constexpr float kLeastDeviation = 1e-4F;
+constexpr float kStillScale = 0.0105F;  ///< of an AU that does not move; the least is 0.01
 constexpr std::int64_t kLeastApart_ns = 15'000'000, kLongestInterpolation_ns = 100'000'000;
 constexpr std::int64_t kLongestGapNs = 500'000'000;
 
@@ -28,7 +29,7 @@ std::span<float> span_of(Eigen::ArrayXf& x) noexcept { return {x.data(), static_
 
 LearnedContinuation::LearnedContinuation(const Safetensors& weights, const std::string& place,
                                          const std::vector<std::string>& names, std::vector<double> upper_bound)
-    : upper_bound_(std::move(upper_bound)), maker_(names), features_(maker_.allocate()), made_(kRemembered) {
+    : upper_bound_(std::move(upper_bound)), maker_(names), features_(maker_.allocate()), combination_(names.size()) {
   if (names.empty() || names.size() > kMaxAus || names.size() != upper_bound_.size())
     throw std::invalid_argument(
         fmt::format("LearnedContinuation: {} AUs and {} bounds", names.size(), upper_bound_.size()));
@@ -45,15 +46,23 @@ LearnedContinuation::LearnedContinuation(const Safetensors& weights, const std::
   hidden_.setZero(units);
   more_.setZero(units);
   out_.setZero(2 * kHorizons);
-  const auto aus = static_cast<Eigen::Index>(names.size());
-  for (Prediction* one : {&now_}) one->mean = one->deviation = Table::Zero(kHorizons, aus);
-  for (Prediction& one : made_) one.mean = one.deviation = Table::Zero(kHorizons, aus);
+  now_ = empty();
+  made_.assign(kRemembered, now_);
   x_.assign(names.size(), 0);
   before_ = x_;
   least_.assign(names.size(), std::numeric_limits<float>::infinity());
   most_.assign(names.size(), -std::numeric_limits<float>::infinity());
   observed_.assign(names.size(), false);
   was_observed_ = observed_;
+}
+
+LearnedContinuation::Prediction LearnedContinuation::empty() const {
+  const auto aus = static_cast<Eigen::Index>(upper_bound_.size());
+  Prediction prediction;
+  prediction.mean = prediction.deviation = Table::Zero(kHorizons, aus);
+  prediction.terms.fill(Terms::Zero(ContinuationCombination::kTerms, aus));
+  prediction.value = prediction.scale = Eigen::ArrayXf::Zero(aus);
+  return prediction;
 }
 
 void LearnedContinuation::reset() noexcept {
@@ -99,14 +108,17 @@ void LearnedContinuation::run() noexcept {
     const float scale = features_.scale(au);
     for (std::size_t h = 0; h < kHorizons; ++h) {
       const auto i = static_cast<Eigen::Index>(h);
-      const auto way = static_cast<float>(damped_way(kContinuationHorizonsMs[h] * 1e-3));
-      now_.mean(i, au) = features_.value(au) + features_.velocity_per_s(au) * way + scale * out_(i);
+      const ContinuationCombination::Terms terms = ContinuationCombination::terms(features_, au, h, scale * out_(i));
+      now_.terms[h].col(au) = terms;
+      now_.mean(i, au) = features_.value(au) + combination_.change(h, au, terms);
       now_.deviation(i, au) = std::max(
           scale * std::exp(std::clamp(out_(i + static_cast<Eigen::Index>(kHorizons)), -8.0F, 4.0F)), kLeastDeviation);
       now_.mean(i, au) =
           std::clamp(now_.mean(i, au), 0.0F, static_cast<float>(upper_bound_[static_cast<std::size_t>(au)]));
     }
   }
+  now_.value = features_.value.array();
+  now_.scale = features_.scale.array();
   now_.time_ns = time_ns_;
 }
 
@@ -114,15 +126,14 @@ void LearnedContinuation::remember() noexcept {
   if (made_count_ > 0 && time_ns_ - made_[(made_next_ + kRemembered - 1) % kRemembered].time_ns < kLeastApart_ns)
     return;
   Prediction& slot = made_[made_next_];
-  slot.time_ns = now_.time_ns;
-  slot.mean = now_.mean;
-  slot.deviation = now_.deviation;
+  slot = now_;
   made_next_ = (made_next_ + 1) % kRemembered;
   made_count_ = std::min(made_count_ + 1, kRemembered);
 }
 
 /// Scores every remembered prediction whose time lies between the last two frames.
 void LearnedContinuation::learn(std::int64_t time_ns, std::int64_t before_ns) noexcept {
+  combination_.forget(static_cast<double>(time_ns - before_ns) * 1e-9);
   for (std::size_t back = 0; back < made_count_; ++back) {
     const Prediction& made = made_[(made_next_ + kRemembered - 1 - back) % kRemembered];
     for (std::size_t h = 0; h < kHorizons; ++h) {
@@ -131,6 +142,7 @@ void LearnedContinuation::learn(std::int64_t time_ns, std::int64_t before_ns) no
       score(made, h, static_cast<float>(target_ns - before_ns) / static_cast<float>(time_ns - before_ns));
     }
   }
+  combination_.solve();
 }
 
 void LearnedContinuation::score(const Prediction& made, std::size_t horizon, float share) noexcept {
@@ -138,9 +150,13 @@ void LearnedContinuation::score(const Prediction& made, std::size_t horizon, flo
   const float factor = std::exp(log_factor_[horizon]);
   int scored = 0, missed = 0;
   for (std::size_t au = 0; au < x_.size(); ++au) {
-    if (!observed_[au] || !was_observed_[au] || most_[au] - least_[au] < kMoved) continue;
+    if (!observed_[au] || !was_observed_[au]) continue;
     const auto column = static_cast<Eigen::Index>(au);
     const float actual = before_[au] + share * (x_[au] - before_[au]);
+    if (made.scale(column) > kStillScale)
+      combination_.learn(horizon, column, made.terms[horizon].col(column), actual - made.value(column),
+                         made.scale(column));
+    if (most_[au] - least_[au] < kMoved) continue;
     ++scored;
     if (std::abs(actual - made.mean(h, column)) > kNinety * factor * made.deviation(h, column)) ++missed;
   }

@@ -1,6 +1,8 @@
 // The learned continuation: equation (3) of generate/continuation_features.h, its residual and standard deviation from
 // a small all-MLP network (after Guo et al. 2023, "Back to MLP", but with weights shared by all AUs). It knows no face:
 // AUs of any names, any strength.
+// How much the residual, and each of three plain continuations, is believed is learnt online (equation (3b) of
+// generate/continuation_combination.h).
 //
 // The standard deviation is the network's, times a factor per horizon that is learnt online so that nine of ten values
 // fall within 1.645 of them (Gibbs & Candes 2021): a prediction counts once its time has passed. Other horizons than
@@ -12,6 +14,7 @@
 #include <vector>
 
 #include "generate/continuation.h"
+#include "generate/continuation_combination.h"
 #include "generate/continuation_features.h"
 #include "generate/layers.h"
 #include "generate/safetensors.h"
@@ -34,11 +37,15 @@ class LearnedContinuation final : public ContinuationModel {
   static constexpr std::size_t kHorizons = kContinuationHorizonsMs.size();
   static constexpr std::size_t kRemembered = 64;                 ///< predictions, at least 15 ms apart
   using Table = Eigen::Array<float, kHorizons, Eigen::Dynamic>;  ///< horizons x AUs
+  using Terms = Eigen::Matrix<float, ContinuationCombination::kTerms, Eigen::Dynamic>;  ///< terms x AUs
   struct Prediction {
     std::int64_t time_ns = 0;
     Table mean, deviation;  ///< without the factors
+    std::array<Terms, kHorizons> terms;
+    Eigen::ArrayXf value, scale;  ///< then
   };
 
+  Prediction empty() const;
   void run() noexcept;
   void remember() noexcept;
   void learn(std::int64_t time_ns, std::int64_t before_ns) noexcept;
@@ -49,6 +56,7 @@ class LearnedContinuation final : public ContinuationModel {
   ContinuationFeatures features_;
   Dense<float> input_, first_, second_, output_;
   Eigen::ArrayXf hidden_, more_, out_;
+  ContinuationCombination combination_;
   Prediction now_;
   std::vector<Prediction> made_;  ///< ring
   std::size_t made_next_ = 0, made_count_ = 0;

@@ -4,77 +4,37 @@
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
-#include <limits>
 #include <stdexcept>
+
+#include "generate/end_motion.h"
 
 namespace risorius {
 namespace {
 
 constexpr double kPastStepS = 0.02;
-/// Of the past, through which velocity and acceleration are taken; the longest last.
-constexpr std::array kParabolasS{0.0167, 0.025, 0.05};
-constexpr double kAheadS = 1.0 / 120;  ///< how far they are asked to tell
-constexpr Eigen::Index kMostParabolaFrames = 32;
-constexpr float kFadeS = 0.25F;            ///< tau
-constexpr float kMostVelocity = 12;        ///< per second; beyond, it is a defect
-constexpr float kMostAccelerated = 0.05F;  ///< what the acceleration may add until tau
+constexpr float kFadeS = 0.25F;           ///< tau
+constexpr float kLeastFadeS = 1.0F / 30;  ///< of acceleration and jerk
+constexpr float kMostVelocity = 12;       ///< per second; beyond, it is a defect
+constexpr float kMostAdded = 0.05F;       ///< what acceleration and jerk each may add until they are faded
 constexpr float kShareOfLargest = 0.2F, kLeastScale = 0.02F;
-
-struct Motion {
-  double velocity = 0, acceleration = 0;
-};
-
-/// Velocity and acceleration at `last` by the parabola through its value that is nearest to the `count` - 1 before it.
-Motion parabola_at(const TransitionRequest& request, Eigen::Index column, Eigen::Index last, Eigen::Index count) {
-  const double dt = 1 / request.rate_hz;
-  const auto value = [&](Eigen::Index back) { return static_cast<double>(request.past(last - back, column)); };
-  // x(-t) - x(0) = -v t + a t^2 / 2, the last value kept exactly, so that nothing leaps there.
-  double tt = 0, ttt = 0, tttt = 0, xt = 0, xtt = 0;
-  for (Eigen::Index back = 1; back < count; ++back) {
-    const double t = static_cast<double>(back) * dt, x = value(back) - value(0);
-    tt += t * t;
-    ttt += t * t * t;
-    tttt += t * t * t * t;
-    xt += x * t;
-    xtt += x * t * t;
-  }
-  const double determinant = tt * tttt - ttt * ttt;
-  if (count == 2 || !(determinant > 1e-12 * tt * tttt)) return {-xt / tt, 0};
-  return {-(xt * tttt - xtt * ttt) / determinant, 2 * (xtt * tt - xt * ttt) / determinant};
-}
-
-/// By the window that would have told the frames of this past best, each from those before it: short where the past is
-/// smooth, long where it is noisy.
-Motion motion_at_end(const TransitionRequest& request, Eigen::Index column) {
-  const Eigen::Index rows = request.past.rows();
-  if (rows < 2) return {};
-  const auto frames_in = [&](double seconds) {
-    const auto wanted = std::clamp<Eigen::Index>(std::llround(seconds * request.rate_hz) + 1, 3, kMostParabolaFrames);
-    return std::min(rows, wanted);
-  };
-  const Eigen::Index longest = frames_in(kParabolasS.back());
-  const auto ahead = std::max<Eigen::Index>(1, std::llround(kAheadS * request.rate_hz));
-  const double ahead_s = static_cast<double>(ahead) / request.rate_hz;
-  Eigen::Index best = longest;
-  double least = std::numeric_limits<double>::infinity();
-  for (const double seconds : kParabolasS) {
-    const Eigen::Index count = frames_in(seconds);
-    double squares = 0;
-    for (Eigen::Index last = longest - 1; last + ahead < rows; ++last) {
-      const Motion motion = parabola_at(request, column, last, count);
-      const double told = request.past(last, column) + ahead_s * (motion.velocity + ahead_s / 2 * motion.acceleration);
-      const double error = told - request.past(last + ahead, column);
-      squares += error * error;
-    }
-    if (squares > least) continue;
-    least = squares;
-    best = count;
-  }
-  return parabola_at(request, column, rows - 1, best);
-}
 
 /// 1 to 0 with two zero derivatives at both ends.
 float fade(float s) noexcept { return s >= 1 ? 0 : 1 - minimum_jerk(s); }
+
+/// A derivative of the start, and how soon it is faded so that it adds at most kMostAdded until then.
+struct FadedTerm {
+  float value = 0, fade_s = 0;
+};
+
+/// `power`: that of the time, `divisor`: its factorial.
+FadedTerm faded_term(double derivative, int power, float divisor, float seconds) noexcept {
+  const float longest = std::min(seconds, kFadeS), shortest = std::min(seconds, kLeastFadeS);
+  const float most = kMostAdded * divisor / std::pow(shortest, static_cast<float>(power));
+  const float value = std::clamp(static_cast<float>(derivative), -most, most);
+  const float fade_s =
+      value == 0 ? longest : std::pow(kMostAdded * divisor / std::abs(value), 1 / static_cast<float>(power));
+  return {value, std::clamp(fade_s, shortest, longest)};
+}
 
 }  // namespace
 
@@ -105,9 +65,11 @@ void transition_step_inputs(Eigen::Index knot, float seconds, Eigen::Ref<Eigen::
 void transition_base(const TransitionFeatures& features, float t_s, float seconds, Eigen::Ref<Eigen::RowVectorXf> row) {
   const float tau = std::min(seconds, kFadeS);
   const float share = minimum_jerk(std::min(t_s / seconds, 1.0F)), faded = fade(t_s / tau);
-  row = (features.start + share * features.change +
-         faded * t_s * (features.velocity_per_s + 0.5F * t_s * features.acceleration_per_s2))
-            .transpose();
+  row = (features.start + share * features.change + faded * t_s * features.velocity_per_s).transpose();
+  for (Eigen::Index k = 0; k < row.size(); ++k)
+    row(k) += t_s * t_s *
+              (features.acceleration_per_s2(k) / 2 * fade(t_s / features.acceleration_fade_s(k)) +
+               t_s * features.jerk_per_s3(k) / 6 * fade(t_s / features.jerk_fade_s(k)));
 }
 
 TransitionFeatureMaker::TransitionFeatureMaker(const std::vector<std::string>& names) : other_(other_sides(names)) {
@@ -134,12 +96,18 @@ void TransitionFeatureMaker::make(const TransitionRequest& request, TransitionFe
   features.start = request.past.row(request.past.rows() - 1).transpose();
   features.change = request.target - features.start;
   features.velocity_per_s.resize(width);
-  features.acceleration_per_s2.resize(width);
+  for (Eigen::VectorXf* one :
+       {&features.acceleration_per_s2, &features.acceleration_fade_s, &features.jerk_per_s3, &features.jerk_fade_s})
+    one->resize(width);
   for (Eigen::Index k = 0; k < width; ++k) {
-    const Motion motion = motion_at_end(request, k);
-    const float most = 2 * kMostAccelerated / (tau * tau);
-    features.velocity_per_s(k) = std::clamp(static_cast<float>(motion.velocity), -kMostVelocity, kMostVelocity);
-    features.acceleration_per_s2(k) = std::clamp(static_cast<float>(motion.acceleration), -most, most);
+    const EndMotion motion = end_motion(request.past, k, request.rate_hz);
+    features.velocity_per_s(k) = std::clamp(static_cast<float>(motion.velocity_per_s), -kMostVelocity, kMostVelocity);
+    const FadedTerm acceleration = faded_term(motion.acceleration_per_s2, 2, 2, seconds),
+                    jerk = faded_term(motion.jerk_per_s3, 3, 6, seconds);
+    features.acceleration_per_s2(k) = acceleration.value;
+    features.acceleration_fade_s(k) = acceleration.fade_s;
+    features.jerk_per_s3(k) = jerk.value;
+    features.jerk_fade_s(k) = jerk.fade_s;
   }
   const Eigen::VectorXf ways = features.change.cwiseAbs();
   const float largest = ways.maxCoeff(), mean = ways.mean();

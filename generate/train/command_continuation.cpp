@@ -6,9 +6,8 @@
 #include "generate/continuation_features.h"
 #include "generate/train/commands.h"
 #include "generate/train/continuation_network.h"
-#include "generate/train/export_weights.h"
+#include "generate/train/training_command.h"
 #include "generate/train/training_corpus.h"
-#include "generate/train/training_run.h"
 #include "replay/corpus/expression_corpus.h"
 #include "replay/performer/au_wander.h"
 #include "replay/performer/performer_script.h"
@@ -21,10 +20,9 @@ constexpr int kRecordedPasses = 10, kPerformances = 10;
 constexpr double kPerformedSeconds = 40, kMostIntensity = 1.2;
 constexpr double kMostNoise = 0.02;
 
-struct ContinuationArguments {
-  std::string recording, out = "build/train", architecture = "mlp";
+struct ContinuationArguments : TrainingArguments {
+  std::string architecture = "mlp";
   std::int64_t units = 64;
-  TrainingOptions training;
 };
 
 AuRecording perform(const std::vector<std::string>& names, ScriptKind kind, double rate_hz, std::uint64_t seed) {
@@ -97,14 +95,13 @@ void measure_one(const std::string& name, ContinuationNetwork& network, const Co
 }
 
 void train_continuation(ContinuationArguments arguments) {
-  torch::set_num_threads(1);
-  torch::manual_seed(arguments.training.seed);
+  begin_training(arguments.training);
   Random random(arguments.training.seed, 29);
   const std::vector<std::string> names = corpus_aus();
   std::vector<std::pair<std::string, ContinuationTensors>> held;
   std::optional<ContinuationTensors> recorded;
-  if (!arguments.recording.empty()) {
-    const AuRecording recording = load_au_recording(arguments.recording);
+  if (const auto path = arguments.recording_path()) {
+    const AuRecording recording = load_au_recording(*path);
     recorded = recorded_moments(recording, random);
     ContinuationDataMaker clean, noisy;
     clean.add(recording, {}, MomentPart::kHeldOut);
@@ -128,6 +125,7 @@ void train_continuation(ContinuationArguments arguments) {
   arguments.training.name =
       "continuation" + std::string(architecture == ContinuationArchitecture::kLstm ? "_lstm" : "");
   arguments.training.folder = arguments.out;
+  arguments.training.what = fmt::format("{} units, {}", arguments.units, arguments.recording);
   train(
       *network, arguments.training,
       [&](std::int64_t) {
@@ -141,20 +139,12 @@ void train_continuation(ContinuationArguments arguments) {
         return recorded ? loss + 0.5 * more : more;
       },
       measure);
-  round_weights(*network);
-  network->eval();
-  const torch::NoGradGuard guard;
-  for (const auto& [name, value] : measure()) fmt::print("{}: {:.3f}\n", name, value);
-  const auto path = arguments.training.folder / (arguments.training.name + ".safetensors");
-  export_weights(*network,
-                 {{"model", arguments.training.name},
-                  {"trained_on", recorded ? kTrainingCredit : "synthetic performer of Risorius"},
-                  {"channels", "any: weights are shared by all AUs"},
-                  {"rate_hz", "any up to 60"},
-                  {"configuration", fmt::format("{} units, seed {}, {} steps", arguments.units, arguments.training.seed,
-                                                arguments.training.steps)}},
-                 path);
-  fmt::print("{}\n", path.string());
+  finish_training(*network, arguments.training, measure,
+                  {{"trained_on", recorded ? kTrainingCredit : "synthetic performer of Risorius"},
+                   {"channels", "any: weights are shared by all AUs"},
+                   {"rate_hz", "any up to 60"},
+                   {"configuration", fmt::format("{} units, seed {}, {} steps", arguments.units,
+                                                 arguments.training.seed, arguments.training.steps)}});
 }
 
 }  // namespace
@@ -166,14 +156,10 @@ void add_continuation_command(CLI::App& app) {
   arguments->training.weight_decay = 1e-3;
   arguments->training.measure_every = 1000;
   CLI::App* command = app.add_subcommand("continuation", "train the continuation network");
-  command->add_option("--recording", arguments->recording, "alex_rom_3.csv; without it, the performer alone")
-      ->check(CLI::ExistingFile);
+  add_recording_option(*command, *arguments);
+  add_training_options(*command, *arguments);
   command->add_option("--architecture", arguments->architecture, "mlp, which ships, or lstm, to compare")
       ->check(CLI::IsMember({"mlp", "lstm"}));
-  command->add_option("--out", arguments->out, "folder for weights, checkpoint and figures");
-  command->add_option("--steps", arguments->training.steps, "of training")->check(CLI::Range(1, 10'000'000));
-  command->add_option("--seed", arguments->training.seed, "of everything drawn");
-  command->add_option("--rate", arguments->training.learning_rate, "at the beginning")->check(CLI::Range(1e-6, 1.0));
   command->add_option("--units", arguments->units, "of the hidden layers")->check(CLI::Range(1, 1024));
   command->callback([arguments] { train_continuation(*arguments); });
 }

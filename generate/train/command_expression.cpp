@@ -3,10 +3,9 @@
 #include <memory>
 
 #include "generate/train/commands.h"
-#include "generate/train/export_weights.h"
 #include "generate/train/expression_network.h"
+#include "generate/train/training_command.h"
 #include "generate/train/training_corpus.h"
-#include "generate/train/training_run.h"
 #include "generate/transition_features.h"
 
 namespace risorius {
@@ -17,9 +16,7 @@ constexpr std::int64_t kBatch = 16, kDraws = 2;
 constexpr int kIdleShare = 5;
 constexpr double kVarietyWeight = 0.2, kDurationWeight = 0.02;
 
-struct ExpressionArguments {
-  std::string recording, out = "build/train";
-  TrainingOptions training;
+struct ExpressionArguments : TrainingArguments {
   double recorded_share = 0.5;
   ExpressionNetworkOptions network;
 };
@@ -69,10 +66,8 @@ HeldOut held_out(std::string name, const std::vector<std::string>& names,
 }
 
 void train_expression_generator(ExpressionArguments arguments) {
-  torch::set_num_threads(1);
-  torch::manual_seed(arguments.training.seed);
-  const std::optional<std::filesystem::path> recording =
-      arguments.recording.empty() ? std::nullopt : std::optional<std::filesystem::path>(arguments.recording);
+  begin_training(arguments.training);
+  const std::optional<std::filesystem::path> recording = arguments.recording_path();
   const TrainingCorpora corpora = make_training_corpora(recording, arguments.training.seed);
   const std::vector<Transition> pool =
       make_training_pool(corpora, kPool, arguments.recorded_share, arguments.training.seed);
@@ -101,6 +96,8 @@ void train_expression_generator(ExpressionArguments arguments) {
   };
   arguments.training.name = "expression_generator";
   arguments.training.folder = arguments.out;
+  arguments.training.what = fmt::format("decoder {}, recorded share {}, {}", arguments.network.decoder_units,
+                                        arguments.recorded_share, arguments.recording);
   train(
       *network, arguments.training,
       [&](std::int64_t) {
@@ -109,37 +106,24 @@ void train_expression_generator(ExpressionArguments arguments) {
         return batch_loss(network, data.of(chosen), basis);
       },
       measure);
-  round_weights(*network);
-  network->eval();
-  const torch::NoGradGuard guard;
-  for (const auto& [name, value] : measure()) fmt::print("{}: {:.3f}\n", name, value);
-  const auto path = arguments.training.folder / "expression_generator.safetensors";
-  export_weights(*network,
-                 {{"model", "expression_generator"},
-                  {"trained_on", recording ? kTrainingCredit : "synthetic performer of Risorius"},
-                  {"channels", "any: weights are shared by all AUs"},
-                  {"rate_hz", "any: the course is a spline over the way"},
-                  {"configuration",
-                   fmt::format("encoder {}, decoder {}, seed {}, {} steps", arguments.network.encoder_units,
-                               arguments.network.decoder_units, arguments.training.seed, arguments.training.steps)}},
-                 path);
-  fmt::print("{}\n", path.string());
+  finish_training(*network, arguments.training, measure,
+                  {{"trained_on", recording ? kTrainingCredit : "synthetic performer of Risorius"},
+                   {"channels", "any: weights are shared by all AUs"},
+                   {"rate_hz", "any: the course is a spline over the way"},
+                   {"configuration",
+                    fmt::format("encoder {}, decoder {}, seed {}, {} steps", arguments.network.encoder_units,
+                                arguments.network.decoder_units, arguments.training.seed, arguments.training.steps)}});
 }
 
 }  // namespace
 
 void add_expression_command(CLI::App& app) {
   auto arguments = std::make_shared<ExpressionArguments>();
-  arguments->training.steps = 500;
+  arguments->training.steps = 1500;
   arguments->training.learning_rate = 3e-3;
   CLI::App* command = app.add_subcommand("expression-generator", "train the default Expression-Generator");
-  command->add_option("--recording", arguments->recording, "alex_rom_3.csv; without it, the performer alone")
-      ->check(CLI::ExistingFile);
-  command->add_option("--out", arguments->out, "folder for weights, checkpoint and figures");
-  command->add_option("--steps", arguments->training.steps, "of training")->check(CLI::Range(1, 10'000'000));
-  command->add_option("--seed", arguments->training.seed, "of everything drawn");
-  command->add_option("--rate", arguments->training.learning_rate, "at the beginning")->check(CLI::Range(1e-6, 1.0));
-  command->add_option("--decay", arguments->training.weight_decay, "of weights")->check(CLI::Range(0.0, 1.0));
+  add_recording_option(*command, *arguments);
+  add_training_options(*command, *arguments);
   command->add_option("--recorded-share", arguments->recorded_share, "of the pool")->check(CLI::Range(0.0, 1.0));
   command->add_option("--units", arguments->network.decoder_units, "of the decoder")->check(CLI::Range(1, 1024));
   command->callback([arguments] { train_expression_generator(*arguments); });

@@ -7,9 +7,8 @@
 
 #include "generate/seed_network.h"
 #include "generate/train/commands.h"
-#include "generate/train/export_weights.h"
 #include "generate/train/seed_module.h"
-#include "generate/train/training_run.h"
+#include "generate/train/training_command.h"
 #include "replay/corpus/expression_corpus.h"
 #include "replay/corpus/recording_merge.h"
 #include "replay/corpus/study_composition.h"
@@ -24,10 +23,9 @@ constexpr std::array kInterpolations{MergeDegree::kLinear, MergeDegree::kQuadrat
 constexpr double kEndWeight = 5;  ///< of the cure "weighted start and end"
 constexpr std::int64_t kEndFrames = 10;
 
-struct SeedArguments {
-  std::string out = "build/train", cure = "none", study;  ///< a letter; empty: none of the study's models
+struct SeedArguments : TrainingArguments {
+  std::string cure = "none", study;  ///< a letter; empty: none of the study's models
   std::int64_t batch = 16;
-  TrainingOptions training;
 };
 
 /// One performance as three leaky recordings, merged.
@@ -105,8 +103,7 @@ std::string trained_on(const std::string& study) {
 }
 
 void train_seed(SeedArguments arguments) {
-  torch::set_num_threads(1);
-  torch::manual_seed(arguments.training.seed);
+  begin_training(arguments.training);
   const TransitionCorpus corpus =
       arguments.study.empty()
           ? only_pairs(perform_expressions(corpus_aus(), {arguments.training.seed, 5}), seed003_pairs())
@@ -132,6 +129,7 @@ void train_seed(SeedArguments arguments) {
   fmt::print("{}: {} transitions to learn from, {} after three interpolations of each\n", arguments.training.name,
              training.size() / kInterpolations.size(), training.size());
   arguments.training.folder = arguments.out;
+  arguments.training.what = fmt::format("batch {}", arguments.batch);
   train(
       *network, arguments.training,
       [&](std::int64_t) {
@@ -139,20 +137,12 @@ void train_seed(SeedArguments arguments) {
         return sequence_loss(network, sequences, chosen, end_weight);
       },
       measure);
-  round_weights(*network);
-  const torch::NoGradGuard guard;
-  network->eval();
-  fmt::print("MSE of unseen variants: {:.5f}\n", measure().front().second);
-  const auto path = arguments.training.folder / (arguments.training.name + ".safetensors");
-  export_weights(*network,
-                 {{"model", arguments.training.name},
-                  {"trained_on", trained_on(arguments.study)},
-                  {"channels", fmt::format("{}", fmt::join(corpus.names, ","))},
-                  {"rate_hz", fmt::format("{}", corpus.rate_hz)},
-                  {"configuration", fmt::format("cure {}, seed {}, {} steps of {}", arguments.cure,
-                                                arguments.training.seed, arguments.training.steps, arguments.batch)}},
-                 path);
-  fmt::print("{}\n", path.string());
+  finish_training(*network, arguments.training, measure,
+                  {{"trained_on", trained_on(arguments.study)},
+                   {"channels", fmt::format("{}", fmt::join(corpus.names, ","))},
+                   {"rate_hz", fmt::format("{}", corpus.rate_hz)},
+                   {"configuration", fmt::format("cure {}, seed {}, {} steps of {}", arguments.cure,
+                                                 arguments.training.seed, arguments.training.steps, arguments.batch)}});
 }
 
 }  // namespace
@@ -168,11 +158,8 @@ void add_seed_command(CLI::App& app) {
       ->check(CLI::IsMember({"none", "initialiser", "weighted", "deep_decoder"}));
   command->add_option("--study", arguments->study, "a to i: on the data of that model of seed 003's study")
       ->check(CLI::IsMember({"a", "b", "c", "d", "e", "f", "g", "h", "i"}));
-  command->add_option("--out", arguments->out, "folder for weights, checkpoint and figures");
-  command->add_option("--steps", arguments->training.steps, "of training")->check(CLI::Range(1, 10'000'000));
+  add_training_options(*command, *arguments);
   command->add_option("--batch", arguments->batch, "sequences per step")->check(CLI::Range(1, 85));
-  command->add_option("--seed", arguments->training.seed, "of everything drawn");
-  command->add_option("--rate", arguments->training.learning_rate, "at the beginning")->check(CLI::Range(1e-6, 1.0));
   command->callback([arguments] { train_seed(*arguments); });
 }
 

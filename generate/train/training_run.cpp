@@ -25,8 +25,8 @@ struct Line {
 class Checkpoint {
  public:
   Checkpoint(const TrainingOptions& options) : path_(options.folder / (options.name + ".checkpoint")) {
-    identity_ = fmt::format("{} steps, seed {}, rate {}, decay {}", options.steps, options.seed, options.learning_rate,
-                            options.weight_decay);
+    identity_ = fmt::format("{} steps, seed {}, rate {}, decay {}, {}", options.steps, options.seed,
+                            options.learning_rate, options.weight_decay, options.what);
   }
 
   void save(torch::nn::Module& network, torch::optim::Optimizer& optimizer, const std::vector<Line>& lines) const {

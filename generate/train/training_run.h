@@ -22,6 +22,7 @@ struct TrainingOptions {
   std::int64_t measure_every = 250;  ///< steps; then a checkpoint is written, too
   std::filesystem::path folder;      ///< of checkpoint and figures
   std::string name;                  ///< of the model; begins the files' names
+  std::string what;                  ///< whatever else the weights depend on; a checkpoint of another is refused
 };
 
 using Measurements = std::vector<std::pair<std::string, double>>;

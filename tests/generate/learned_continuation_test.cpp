@@ -43,15 +43,31 @@ Continuer continuer(float reach) {
   return Continuer(std::make_unique<LearnedContinuation>(weights(reach), "test", kNames, kUpper));
 }
 
-TEST(LearnedContinuation, WithoutAResidualItIsDampedVelocity) {
+TEST(LearnedContinuation, WithoutAResidualItBeginsAsDampedVelocity) {
   Continuer one = continuer(0);
   Continuation out;
-  for (int i = 0; i <= 30; ++i) one.process(frame_at(i / 60.0, 0.2 + 0.6 * i / 60.0), out);
+  // Three frames: the first prediction is not yet due, so that nothing is learnt of this person.
+  for (int i = 0; i <= 2; ++i) one.process(frame_at(i / 60.0, 0.48 + 0.6 * i / 60.0), out);
   for (std::size_t step = 0; step < 5; ++step) {
     const double h = static_cast<double>(out.ahead_ns[step]) * 1e-9;
     EXPECT_NEAR(out.intensity[step][0], 0.5 + 0.6 * 0.08 * (1 - std::exp(-h / 0.08)), 1e-4) << h;
     EXPECT_GT(out.standard_deviation[step][0], 0);
   }
+}
+
+TEST(LearnedContinuation, LearnsHowThisPersonGoesOn) {
+  // Whoever moves evenly, to and fro, is no damped velocity: the line goes on.
+  const auto value = [](int i) { return 0.2 + 0.5 * std::abs((i % 240) - 120) / 120.0; };
+  Continuer one = continuer(0);
+  Continuation out;
+  double early = 0, late = 0;
+  for (int i = 0; i < 2400; ++i) {
+    one.process(frame_at(i / 60.0, value(i)), out);
+    const double error = std::abs(out.intensity[1][0] - value(i + 6));  // 100 ms
+    if (i >= 10 && i < 110) early += error;
+    if (i >= 2290 && i < 2390) late += error;
+  }
+  EXPECT_LT(late, 0.3 * early);
 }
 
 TEST(LearnedContinuation, StaysFiniteAndWithinBoundsWhateverTheWeightsAndFrames) {
@@ -129,7 +145,7 @@ TEST(LearnedContinuation, MirroredFacesGoOnMirrored) {
     a.process(frame, out_a);
     b.process(mirrored, out_b);
   }
-  for (std::size_t step = 0; step < 5; ++step) EXPECT_EQ(out_a.intensity[step][0], out_b.intensity[step][1]);
+  for (std::size_t step = 0; step < 5; ++step) EXPECT_NEAR(out_a.intensity[step][0], out_b.intensity[step][1], 1e-6);
 }
 
 TEST(LearnedContinuation, AllocatesNothingPerFrame) {
