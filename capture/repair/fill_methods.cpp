@@ -38,7 +38,7 @@ constexpr std::array kMethods{
                     }},
     FillMethodEntry{"causal", true, true, "the live default",
                     [](Frames& frames, const MarkerSet& set, std::int64_t max_gap_ns) {
-                      fill_causally(frames, set, max_gap_ns, FillMethod::kLowRank);
+                      fill_causally(frames, set, max_gap_ns, FillMethod::kCovariance);
                     }},
     FillMethodEntry{"linear", false, true, "straight in the world (seed 000)",
                     [](Frames& frames, const MarkerSet&, std::int64_t max_gap_ns) { fill_linear(frames, max_gap_ns); }},

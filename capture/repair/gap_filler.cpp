@@ -15,13 +15,14 @@ static_assert(Stage<GapFiller, MarkerFrame, MarkerFrame>);
 
 namespace {
 constexpr std::uint32_t kMostLookahead = 64;
-/// The errors that the memory knows are those of a model that had just seen the marker; in a gap it has not. So much
-/// the variance grows per second. Set on the eyebrows take, by the share of errors within the 90 % interval.
-constexpr double kUnlearntPerS = 0.9;
+/// The errors that the memory knows are those of a model that had just learnt from the marker; in a gap it has not. So
+/// the variance grows: times kUnlearnt at the start, and by this much in the first second. Set on the jaw and eyebrows
+/// takes, by the share of errors within the 90 % interval.
+constexpr double kUnlearnt = 1.2, kUnlearntGrowth = 7, kUnlearntPower = 0.8;
 }  // namespace
 
 GapFiller::GapFiller(GapFillerOptions options)
-    : options_(std::move(options)), own_head_(options_.head_frame), own_statistics_(options_.statistics) {
+    : options_(std::move(options)), own_head_(options_.head_frame), covariance_(options_.covariance) {
   if (options_.max_gap_ns <= 0) {
     throw UserError("max_gap_ns", fmt::format("{} is not > 0", options_.max_gap_ns),
                     "2000000000 (2 s) is the default; the method `none` fills nothing");
@@ -40,10 +41,8 @@ void GapFiller::use_marker_set(const MarkerSet& set) {
   settle();
   const std::vector<int> old_index = index_map(set_.names, set.names);
   own_head_.use_names(set.names);
-  own_statistics_.remap(old_index);
+  covariance_.remap(old_index);
   measured_.assign(set.names.size(), 0);
-  residual_mm_.assign(set.names.size(), Eigen::Vector3d::Zero());
-  variance_mm2_.assign(set.names.size(), 0);
   residuals_.remap(old_index);
   std::vector<HeldMarker> held(set.names.size());
   for (std::size_t i = 0; i < held.size(); ++i) {
@@ -58,8 +57,9 @@ void GapFiller::use_marker_set(const MarkerSet& set) {
 void GapFiller::reset() noexcept {
   is_settled_ = true;
   own_head_.reset();
-  own_statistics_.reset();
+  covariance_.reset();
   residuals_.reset();
+  since_tick_s_ = 0;
   std::fill(held_.begin(), held_.end(), HeldMarker{});
   clock_.reset(set_.rate_hz);
   drop_waiting();
@@ -109,32 +109,40 @@ MarkerFrame& GapFiller::back(std::size_t frames_ago) noexcept {
   return ring_[(oldest_ + waiting_ - 1 - frames_ago) % ring_.size()];
 }
 
-/// Carries the frame into the head's frame and asks the statistics, or takes the despiker's word. False if the pose is
-/// not determined.
+/// Carries the frame into the head's frame, or takes the despiker's word, and asks how markers move together. False if
+/// the pose is not determined.
 bool GapFiller::look_at(const MarkerFrame& frame, const Despiker* despiker) noexcept {
-  const bool low_rank = options_.method == FillMethod::kLowRank;
-  owns_model_ = despiker == nullptr;
-  head_ = owns_model_ ? &own_head_ : &despiker->head();
-  statistics_ = owns_model_ ? &own_statistics_ : &despiker->statistics();
-  const bool determined = owns_model_ ? own_head_.process(frame) : head_->determined();
+  owns_head_ = despiker == nullptr;
+  head_ = owns_head_ ? &own_head_ : &despiker->head();
+  const bool determined = owns_head_ ? own_head_.process(frame) : head_->determined();
   for (std::size_t i = 0; i < measured_.size(); ++i) {
     measured_[i] = frame.state[i] == MarkerState::kMeasured && head_->measured()[i] != 0;
   }
   // A pose that is not determined, or few visible markers, say too little of the face: the last frame's word is held.
-  is_informed_ = determined && low_rank && 3 * std::count(measured_.begin(), measured_.end(), 1) >= frame.count;
-  if (is_informed_ && owns_model_) own_statistics_.observe(head_->position_head_mm(), measured_);
-  for (std::size_t i = 0; is_informed_ && i < measured_.size(); ++i) {
-    if (!measured_[i]) continue;
-    residual_mm_[i] = statistics_->residual_mm(i);
-    variance_mm2_[i] = statistics_->variance_mm2(i);
-  }
+  is_informed_ = determined && options_.method == FillMethod::kCovariance &&
+                 3 * std::count(measured_.begin(), measured_.end(), 1) >= frame.count;
+  if (is_informed_) observe();
   return determined;
+}
+
+void GapFiller::observe() noexcept {
+  // Of a marker that goes, the frames since the last tick are the freshest word.
+  for (std::size_t i = 0; covariance_.has_unlearnt() && i < measured_.size(); ++i) {
+    if (measured_[i] || !covariance_.visible(i)) continue;
+    residuals_.refine(i, covariance_.mean_residual_mm(i), since_tick_s_);
+  }
+  covariance_.observe(head_->position_head_mm(), measured_);
+  take_over_shifts();
+}
+
+void GapFiller::take_over_shifts() noexcept {
+  if (!covariance_.has_shifted()) return;
+  for (std::size_t i = 0; i < measured_.size(); ++i) residuals_.shift(i, covariance_.shift_mm(i));
 }
 
 void GapFiller::process(MarkerFrame& frame, const Despiker* despiker) noexcept {
   step_s_ = clock_.advance(frame.header.capture_time_ns);
   const bool determined = look_at(frame, despiker);
-  if (options_.method == FillMethod::kLowRank) residuals_.begin_frame(step_s_);
   for (std::size_t i = 0; i < frame.count; ++i) {
     if (!measured_[i] || !determined) {
       held_[i].miss(step_s_);
@@ -173,22 +181,33 @@ void GapFiller::lead_home(const MarkerFrame& frame, std::size_t i) noexcept {
 void GapFiller::settle() noexcept {
   if (is_settled_) return;
   is_settled_ = true;
-  for (std::size_t i = 0; is_informed_ && i < measured_.size(); ++i) {
-    if (measured_[i]) residuals_.observe(i, residual_mm_[i], variance_mm2_[i]);
+  if (options_.method == FillMethod::kCovariance) learn();
+  if (owns_head_) own_head_.learn(step_s_, measured_);
+}
+
+/// Once per tick: the residuals are 60 a second, whatever the rate.
+void GapFiller::learn() noexcept {
+  since_tick_s_ += step_s_;
+  if (since_tick_s_ < 0.99 * ResidualMemory::kTickS) return;
+  residuals_.begin_frame(since_tick_s_);
+  if (is_informed_) {
+    for (std::size_t i = 0; i < measured_.size(); ++i) {
+      if (measured_[i]) residuals_.observe(i, covariance_.mean_residual_mm(i), covariance_.variance_mm2(i));
+    }
+    covariance_.learn(since_tick_s_);
+    take_over_shifts();
   }
-  if (!owns_model_) return;
-  own_head_.learn(step_s_, measured_);
-  if (is_informed_) own_statistics_.learn(step_s_);
+  since_tick_s_ = 0;
 }
 
 GapFiller::Fill GapFiller::estimate(std::size_t i) const noexcept {
   const HeldMarker& held = held_[i];
   if (options_.method == FillMethod::kHold) return {held.hold_mm(), held.variance_mm2()};
   if (options_.method == FillMethod::kDampedVelocity) return {held.damped_mm(), held.variance_mm2()};
-  const double variance = statistics_->variance_mm2(i);
+  const double variance = covariance_.variance_mm2(i);
   const ResidualMemory::Forecast forecast = residuals_.forecast(i, held.gap_s(), variance);
-  const double unlearnt = 1 + kUnlearntPerS * held.gap_s();
-  return {statistics_->prediction_mm(i) + forecast.residual_mm, unlearnt * forecast.variance_mm2};
+  const double unlearnt = kUnlearnt + kUnlearntGrowth * std::pow(held.gap_s(), kUnlearntPower);
+  return {covariance_.prediction_mm(i) + forecast.residual_mm, unlearnt * forecast.variance_mm2};
 }
 
 void GapFiller::fill(MarkerFrame& frame, std::size_t i) noexcept {

@@ -1,6 +1,6 @@
 // Fills missing and rejected markers, causally: a frame goes in, the same frame comes out, lookahead_frames later.
-// Default: what the visible markers say (low-rank statistics in the head's frame) plus a forecast of the marker's own
-// residual, learnt per lag, with the error that such forecasts had. Measured samples leave bit-equal.
+// Default: what the visible markers say (how markers move together in the head's frame) plus a forecast of the marker's
+// own residual, learnt per lag, with the error that such forecasts had. Measured samples leave bit-equal.
 // With look-ahead, a marker that comes back tells how far off its fill had gone, and the last lookahead_frames of the
 // fill are led there, so that it is met without a step; the frames wait so long.
 // A gap longer than max_gap_ns stays missing from there on; so does a marker that was never seen.
@@ -17,19 +17,19 @@
 #include "capture/repair/baselines/held_marker.h"
 #include "capture/repair/frame_clock.h"
 #include "capture/repair/head_frame.h"
-#include "capture/repair/marker_statistics.h"
+#include "capture/repair/marker_covariance.h"
 #include "capture/repair/residual_memory.h"
 
 namespace risorius {
 
-enum class FillMethod : std::uint8_t { kNone, kHold, kDampedVelocity, kLowRank };
+enum class FillMethod : std::uint8_t { kNone, kHold, kDampedVelocity, kCovariance };
 
 struct GapFillerOptions {
-  FillMethod method = FillMethod::kLowRank;
+  FillMethod method = FillMethod::kCovariance;
   std::int64_t max_gap_ns = 2'000'000'000;  ///< > 0
   std::uint32_t lookahead_frames = 0;       ///< that every frame waits for later ones, 0 to 64
   HeadFrameOptions head_frame;
-  MarkerStatisticsOptions statistics;
+  MarkerCovarianceOptions covariance;
 };
 
 class Despiker;
@@ -48,8 +48,8 @@ class GapFiller {
   /// A frame whose count is not the set's is consumed and refused. False only while a frame waits to be popped. Where a
   /// set begins while frames look ahead, flush and pop first, or they are dropped and counted.
   bool push(const MarkerFrame& frame) noexcept;
-  /// The same for the frame that `despiker` has just handed on: its head pose and statistics are used instead of being
-  /// found out once more. Frames of one take go all through this or all through the other.
+  /// The same for the frame that `despiker` has just handed on: its head pose is used instead of being found out once
+  /// more. Frames of one take go all through this or all through the other.
   bool push(const MarkerFrame& frame, const Despiker& despiker) noexcept;
   bool pop(MarkerFrame& frame) noexcept;
   /// Learns from the frame last pushed (capture/stage.h).
@@ -73,6 +73,9 @@ class GapFiller {
   bool look_at(const MarkerFrame& frame, const Despiker* despiker) noexcept;
   void process(MarkerFrame& frame, const Despiker* despiker) noexcept;
   void fill(MarkerFrame& frame, std::size_t i) noexcept;
+  void observe() noexcept;
+  void take_over_shifts() noexcept;
+  void learn() noexcept;
   MarkerFrame& back(std::size_t frames_ago) noexcept;
   void drop_waiting() noexcept;
   bool is_ready() const noexcept { return waiting_ > (is_flushing_ ? 0 : options_.lookahead_frames); }
@@ -81,18 +84,16 @@ class GapFiller {
 
   GapFillerOptions options_;
   MarkerSet set_;
-  HeadFrame own_head_;  ///< without a despiker's
-  MarkerStatistics own_statistics_;
+  HeadFrame own_head_;                  ///< without a despiker's
   const HeadFrame* head_ = &own_head_;  ///< of the frame being processed
-  const MarkerStatistics* statistics_ = &own_statistics_;
+  MarkerCovariance covariance_;
   ResidualMemory residuals_;
-  std::vector<std::uint8_t> measured_;        ///< in the frame last pushed
-  std::vector<Eigen::Vector3d> residual_mm_;  ///< of its measured markers, with the variance that the model gave them
-  std::vector<double> variance_mm2_;
+  std::vector<std::uint8_t> measured_;  ///< in the frame last pushed
   std::vector<HeldMarker> held_;
   FrameClock clock_;
   double step_s_ = 0;              ///< from the frame before the one last pushed
-  bool owns_model_ = true;         ///< the frame last pushed came without a despiker
+  double since_tick_s_ = 0;        ///< from the frame last learnt from, to the one last pushed
+  bool owns_head_ = true;          ///< the frame last pushed came without a despiker
   bool is_informed_ = false;       ///< the frame last pushed showed enough of the face to learn from
   bool is_settled_ = true;         ///< the frame last pushed has been learnt from
   std::vector<MarkerFrame> ring_;  ///< lookahead_frames + 1

@@ -105,6 +105,16 @@ void ResidualMemory::observe(std::size_t i, const Eigen::Vector3d& residual_mm, 
   if (is_tick_) ring_[static_cast<std::size_t>(tick_ % kRing) * markers_.size() + i] = {marker.level_mm, true};
 }
 
+void ResidualMemory::refine(std::size_t i, const Eigen::Vector3d& residual_mm, double step_s) noexcept {
+  Marker& marker = markers_[i];
+  if (marker.last_frame == frame_) {
+    marker.level_mm.col(0) += rate(step_s, kQuickS) * (residual_mm - marker.level_mm.col(0));
+    marker.level_mm.col(1) += rate(step_s, kSlowS) * (residual_mm - marker.level_mm.col(1));
+  } else {
+    marker.level_mm.colwise() = residual_mm;
+  }
+}
+
 void ResidualMemory::learn_lags(std::size_t i, const Eigen::Vector3d& residual_mm, double variance_mm2) noexcept {
   for (std::size_t lag = 0; lag < kLags; ++lag) {
     const std::int64_t then = tick_ - (1 << lag);

@@ -33,6 +33,10 @@ class ResidualMemory {
   void begin_frame(double step_s) noexcept;
   /// The residual of a visible marker, and the variance (per axis) that the model gave it.
   void observe(std::size_t i, const Eigen::Vector3d& residual_mm, double variance_mm2) noexcept;
+  /// A residual seen `step_s` after the one last observed, before the next frame: the last word on a marker that goes.
+  void refine(std::size_t i, const Eigen::Vector3d& residual_mm, double step_s) noexcept;
+  /// What was remembered of marker i is raised by this: the model speaks differently from now on.
+  void shift(std::size_t i, const Eigen::Vector3d& by_mm) noexcept { markers_[i].level_mm.colwise() += by_mm; }
   /// For a marker that was observed last `gap_s` ago and that the model predicts now with `variance_mm2`.
   Forecast forecast(std::size_t i, double gap_s, double variance_mm2) const noexcept;
 

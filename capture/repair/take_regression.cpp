@@ -16,10 +16,15 @@ constexpr std::size_t kNextSamples = 10;
 constexpr std::size_t kNearSamples = 22;
 constexpr double kWidening = 1.25;
 constexpr double kNormalMedian = 0.6745;
+/// Markers near the one that is hidden say more of it than far ones: a map of all would have to learn that. Far ones
+/// still count as much as kFarWeight.
+constexpr double kReachMm = 40;
+constexpr double kFarWeight = 0.2;
 
 }  // namespace
 
-TakeRegression::TakeRegression(const HeadTake& take) : take_(take), seen_in_(take.markers) {
+TakeRegression::TakeRegression(const HeadTake& take)
+    : take_(take), mean_mm_(take.markers, Eigen::Vector3d::Zero()), seen_in_(take.markers) {
   feature_mm_.setZero(static_cast<Eigen::Index>(3 * take.markers), static_cast<Eigen::Index>(take.frames));
   for (std::size_t i = 0; i < take.markers; ++i) {
     for (std::size_t f = 0; f < take.frames; ++f) {
@@ -33,7 +38,7 @@ TakeRegression::TakeRegression(const HeadTake& take) : take_(take), seen_in_(tak
 
 void TakeRegression::smooth(std::size_t i) {
   const auto row = static_cast<Eigen::Index>(3 * i);
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  Eigen::Vector3d& mean = mean_mm_[i];
   for (const std::size_t f : seen_in_[i]) mean += take_.position_mm[take_.at(f, i)];
   mean /= static_cast<double>(seen_in_[i].size());
   for (const std::size_t f : seen_in_[i]) {
@@ -86,7 +91,8 @@ double TakeRegression::noise_mm(std::size_t i) const {
   return *middle / (kNormalMedian * std::sqrt(6.0));
 }
 
-/// A marker counts as far as it is seen in the gap: what stands there instead is only a guess.
+/// A marker counts as far as it is seen in the gap (what stands there instead is only a guess), and the more the
+/// nearer.
 Eigen::VectorXd TakeRegression::weights(std::size_t i, std::size_t begin, std::size_t end) const {
   Eigen::VectorXd weights = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(take_.markers));
   for (std::size_t j = 0; j < take_.markers; ++j) {
@@ -94,7 +100,9 @@ Eigen::VectorXd TakeRegression::weights(std::size_t i, std::size_t begin, std::s
     double seen = 0;
     for (std::size_t f = begin; f < end; ++f) seen += take_.measured[take_.at(f, j)];
     seen /= static_cast<double>(end - begin);
-    weights[static_cast<Eigen::Index>(j)] = seen * seen * seen * seen;
+    const double apart = (mean_mm_[i] - mean_mm_[j]).norm() / kReachMm;
+    const double near = kFarWeight + (1 - kFarWeight) * std::exp(-apart * apart / 2);
+    weights[static_cast<Eigen::Index>(j)] = near * seen * seen * seen * seen;
   }
   return weights;
 }

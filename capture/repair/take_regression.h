@@ -29,6 +29,7 @@ class TakeRegression {
 
   const HeadTake& take_;
   Eigen::MatrixXd feature_mm_;                     ///< 3 markers x frames, about each marker's mean
+  std::vector<Eigen::Vector3d> mean_mm_;           ///< by marker
   std::vector<std::vector<std::size_t>> seen_in_;  ///< frames by marker
 };
 

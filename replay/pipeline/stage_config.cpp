@@ -15,7 +15,7 @@ constexpr std::array kDespikeMethods{Choice<DespikeMethod>{"none", DespikeMethod
 constexpr std::array kFillMethods{Choice<FillMethod>{"none", FillMethod::kNone},
                                   Choice<FillMethod>{"hold", FillMethod::kHold},
                                   Choice<FillMethod>{"damped_velocity", FillMethod::kDampedVelocity},
-                                  Choice<FillMethod>{"low_rank", FillMethod::kLowRank}};
+                                  Choice<FillMethod>{"covariance", FillMethod::kCovariance}};
 
 constexpr auto kContinuationChoices = [] {
   std::array<Choice<ContinuationKind>, kContinuationKinds.size()> choices{};

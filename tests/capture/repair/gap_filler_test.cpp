@@ -18,7 +18,7 @@ using test::MarkerTake;
 using test::run_stage;
 using test::synthetic_take;
 
-constexpr FillMethod kMethods[] = {FillMethod::kHold, FillMethod::kDampedVelocity, FillMethod::kLowRank};
+constexpr FillMethod kMethods[] = {FillMethod::kHold, FillMethod::kDampedVelocity, FillMethod::kCovariance};
 
 std::vector<MarkerFrame> fill(const MarkerTake& take, GapFillerOptions options = {}) {
   GapFiller filler(options);
@@ -62,9 +62,9 @@ TEST(GapFiller, FollowsTheOtherMarkersThroughALongGap) {
   const MarkerTake truth = synthetic_take();
   MarkerTake take = truth;
   hide(take, 3, 400, 90);
-  const double low_rank = mean_error_mm(truth, fill(take, FillMethod::kLowRank), 3, 400, 90);
+  const double covariance = mean_error_mm(truth, fill(take, FillMethod::kCovariance), 3, 400, 90);
   const double hold = mean_error_mm(truth, fill(take, FillMethod::kHold), 3, 400, 90);
-  EXPECT_LT(low_rank, 0.4 * hold);  // marker 3 moves as three modes that the other 23 show; measured 0.27
+  EXPECT_LT(covariance, 0.4 * hold);  // marker 3 moves as three modes that the other 23 show; measured 0.27
 }
 
 TEST(GapFiller, HasNoStepAtTheStartOfAGap) {
@@ -257,7 +257,7 @@ TEST(GapFiller, RefusesAFrameOfAnotherCountAndKeepsItsBooks) {
 TEST(GapFiller, RejectsOptionsOutOfRange) {
   EXPECT_THROW(GapFiller({.max_gap_ns = 0}), UserError);
   EXPECT_THROW(GapFiller({.head_frame = {.stabilisers = {{"M1", -1.0}}}}), UserError);
-  EXPECT_THROW(GapFiller({.statistics = {.memory_s = 0}}), UserError);
+  EXPECT_THROW(GapFiller({.covariance = {.memory_s = 0}}), UserError);
   GapFiller filler;
   EXPECT_THROW(filler.use_marker_set({.names = {"A", "A"}}), UserError);
 }
@@ -290,7 +290,7 @@ TEST(GapFiller, BeatsHoldAndDampedVelocityOnARealTake) {
 }
 
 std::vector<MarkerFrame> fill_with_lookahead(const MarkerTake& take, std::uint32_t frames,
-                                             FillMethod method = FillMethod::kLowRank) {
+                                             FillMethod method = FillMethod::kCovariance) {
   GapFiller filler({.method = method, .lookahead_frames = frames});
   filler.use_marker_set(take.set);
   std::vector<MarkerFrame> out;
