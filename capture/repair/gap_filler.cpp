@@ -200,7 +200,7 @@ void GapFiller::learn() noexcept {
   since_tick_s_ = 0;
 }
 
-GapFiller::Fill GapFiller::estimate(std::size_t i) const noexcept {
+GapFiller::Fill GapFiller::estimate(std::size_t i) noexcept {
   const HeldMarker& held = held_[i];
   if (options_.method == FillMethod::kHold) return {held.hold_mm(), held.variance_mm2()};
   if (options_.method == FillMethod::kDampedVelocity) return {held.damped_mm(), held.variance_mm2()};

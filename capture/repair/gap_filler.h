@@ -80,7 +80,7 @@ class GapFiller {
   void drop_waiting() noexcept;
   bool is_ready() const noexcept { return waiting_ > (is_flushing_ ? 0 : options_.lookahead_frames); }
   void lead_home(const MarkerFrame& frame, std::size_t i) noexcept;
-  Fill estimate(std::size_t i) const noexcept;
+  Fill estimate(std::size_t i) noexcept;
 
   GapFillerOptions options_;
   MarkerSet set_;

@@ -142,24 +142,25 @@ void MarkerCovariance::note_shifts() noexcept {
   }
 }
 
-Eigen::Vector3d MarkerCovariance::deviation_predicted(std::size_t i) const noexcept {
+Eigen::Vector3d MarkerCovariance::deviation_predicted(std::size_t i) noexcept {
   const Eigen::Vector3d deviation = deviation_mm_.segment<3>(at(i));
   return markers_[i].conditioned ? Eigen::Vector3d(deviation - residual_of(i, deviation_mm_)) : deviation;
 }
 
-Eigen::Vector3d MarkerCovariance::prediction_mm(std::size_t i) const noexcept {
+Eigen::Vector3d MarkerCovariance::prediction_mm(std::size_t i) noexcept {
   return markers_[i].rest_mm + deviation_predicted(i);
 }
 
 /// With P_i the rows of marker i, residual = (P_ii given the hidden ones)^-1 P_i d.
-Eigen::Vector3d MarkerCovariance::residual_of(std::size_t i, const Eigen::VectorXd& deviation_mm) const noexcept {
+Eigen::Vector3d MarkerCovariance::residual_of(std::size_t i, const Eigen::VectorXd& deviation_mm) noexcept {
+  condition_visible(i);
   const auto rows = precision_of(i);
   const Eigen::Vector3d pull(rows.col(0).dot(deviation_mm), rows.col(1).dot(deviation_mm),
                              rows.col(2).dot(deviation_mm));
   return markers_[i].leave_one_out_mm2 * pull;
 }
 
-Eigen::Vector3d MarkerCovariance::mean_residual_mm(std::size_t i) const noexcept {
+Eigen::Vector3d MarkerCovariance::mean_residual_mm(std::size_t i) noexcept {
   if (summed_ < 2 || !markers_[i].whole) return residual_mm(i);
   return residual_of(i, sum_mm_) / summed_;
 }
@@ -169,6 +170,7 @@ void MarkerCovariance::condition() noexcept {
   for (std::size_t i = 0; i < markers_.size(); ++i) {
     Marker& marker = markers_[i];
     marker.conditioned = marker.visible;
+    marker.is_left_out = false;
     if (marker.seen && !marker.visible) hidden_.push_back(i);
   }
   const auto size = static_cast<Eigen::Index>(3 * hidden_.size());
@@ -179,16 +181,16 @@ void MarkerCovariance::condition() noexcept {
     }
   }
   factorize_lower(factor);
-  for (std::size_t i = 0; i < markers_.size(); ++i) {
-    if (markers_[i].conditioned) condition_visible(i);
-  }
   for (std::size_t k = 0; k < hidden_.size(); ++k) condition_hidden(k);
   must_condition_ = false;
 }
 
-/// P_ii - P_ih P_hh^-1 P_hi is the precision of marker i given the other visible ones.
+/// P_ii - P_ih P_hh^-1 P_hi is the precision of marker i given the other visible ones. Only when somebody asks: for
+/// most markers that is once per learnt frame, and not whenever another comes or goes.
 void MarkerCovariance::condition_visible(std::size_t i) noexcept {
   Marker& marker = markers_[i];
+  if (!marker.conditioned || marker.is_left_out) return;
+  marker.is_left_out = true;
   Eigen::Matrix3d own = precision_.block<3, 3>(at(i), at(i));
   if (hidden_.size() <= kMostHiddenExactly && !hidden_.empty()) {
     const auto size = static_cast<Eigen::Index>(3 * hidden_.size());
@@ -261,8 +263,9 @@ void MarkerCovariance::add_square(double keep) noexcept {
   const Eigen::Index size = deviation_mm_.size();
   for (Eigen::Index c = 0; c < size; ++c) direction_[c] = precision_.col(c).dot(deviation_mm_);
   direction_ /= std::sqrt(keep * (keep + direction_.dot(deviation_mm_)));
+  const double grown = 1 / keep;
   for (Eigen::Index c = 0; c < size; ++c) {
-    precision_.col(c) = precision_.col(c) / keep - direction_[c] * direction_;
+    precision_.col(c) = grown * precision_.col(c) - direction_[c] * direction_;
   }
 }
 

@@ -45,14 +45,17 @@ class MarkerCovariance {
   bool seen(std::size_t i) const noexcept { return markers_[i].seen; }
   bool visible(std::size_t i) const noexcept { return markers_[i].visible; }
   /// Where the *other* visible markers say that marker i is. A marker never seen has no prediction (zero).
-  Eigen::Vector3d prediction_mm(std::size_t i) const noexcept;
+  Eigen::Vector3d prediction_mm(std::size_t i) noexcept;
   /// Measured position less prediction_mm(i), of a marker that is visible.
-  Eigen::Vector3d residual_mm(std::size_t i) const noexcept { return residual_of(i, deviation_mm_); }
+  Eigen::Vector3d residual_mm(std::size_t i) noexcept { return residual_of(i, deviation_mm_); }
   /// The same of the mean of the frames since the last one that was learnt from, and whether there are any.
-  Eigen::Vector3d mean_residual_mm(std::size_t i) const noexcept;
+  Eigen::Vector3d mean_residual_mm(std::size_t i) noexcept;
   bool has_unlearnt() const noexcept { return summed_ > 0; }
   /// The model's own variance of that prediction, per axis.
-  double variance_mm2(std::size_t i) const noexcept { return markers_[i].variance_mm2; }
+  double variance_mm2(std::size_t i) noexcept {
+    condition_visible(i);
+    return markers_[i].variance_mm2;
+  }
 
   /// What the hidden markers' predictions of the frame before fell by when the last observe() took up other markers to
   /// condition on: a residual remembered under the old ones is to be raised by it. Zero else.
@@ -67,13 +70,14 @@ class MarkerCovariance {
     double variance_mm2 = 0;
     bool seen = false, visible = false;
     bool conditioned = false;  ///< was visible to condition()
+    bool is_left_out = false;  ///< leave_one_out_mm2 is that of what condition() found
     bool whole = false;        ///< visible in all frames since the last one that was learnt from
   };
 
   static Eigen::Index at(std::size_t i) noexcept { return static_cast<Eigen::Index>(3 * i); }
   auto precision_of(std::size_t i) const noexcept { return precision_.middleCols<3>(at(i)); }
-  Eigen::Vector3d residual_of(std::size_t i, const Eigen::VectorXd& deviation_mm) const noexcept;
-  Eigen::Vector3d deviation_predicted(std::size_t i) const noexcept;
+  Eigen::Vector3d residual_of(std::size_t i, const Eigen::VectorXd& deviation_mm) noexcept;
+  Eigen::Vector3d deviation_predicted(std::size_t i) noexcept;
   bool is_informative() const noexcept;
   bool conditions_changed() const noexcept;
   void note_predictions() noexcept;
