@@ -191,6 +191,7 @@ void GapFiller::learn() noexcept {
   if (since_tick_s_ < 0.99 * ResidualMemory::kTickS) return;
   residuals_.begin_frame(since_tick_s_);
   if (is_informed_) {
+    covariance_.prepare_to_learn();
     for (std::size_t i = 0; i < measured_.size(); ++i) {
       if (measured_[i]) residuals_.observe(i, covariance_.mean_residual_mm(i), covariance_.variance_mm2(i));
     }

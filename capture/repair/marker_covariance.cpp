@@ -9,13 +9,11 @@
 #include "capture/errors.h"
 #include "capture/repair/cholesky.h"
 #include "capture/repair/symmetric_sweep.h"
+#include "capture/repair/symmetric_update.h"
 
 namespace risorius {
 namespace {
 
-/// The first belief is made ready in as many frames as it takes at this many multiplications each: at once for a face
-/// of some 60 markers, in seconds for the most that there can be.
-constexpr Eigen::Index kPriorWork = 4'000'000;
 /// Forgetting would leave nothing in directions that never move. One coordinate in so many frames gets its ridge back.
 constexpr int kRidgeEveryFrames = 4;
 /// With more coordinates hidden, the leave-one-out predictions take what is filled for seen: their only use is to say
@@ -64,7 +62,8 @@ void MarkerCovariance::remap(const std::vector<int>& old_index) {
   deviation_mm_ = std::move(deviation);
   precision_ = inverse_of(squares);
   sum_mm_ = Eigen::VectorXd::Zero(size);
-  direction_ = Eigen::VectorXd::Zero(size);
+  direction_ = pull_ = sum_pull_ = Eigen::VectorXd::Zero(size);
+  is_prepared_ = false;
   swept_ = Eigen::MatrixXd::Zero(size, size);
   reach_ = Eigen::MatrixXd::Zero(size, 3);
   factor_.assign(9 * count * count, 0);
@@ -87,7 +86,7 @@ void MarkerCovariance::reset() noexcept {
   summed_ = 0;
   next_ridge_ = 0;
   hidden_.clear();
-  has_shifted_ = false;
+  has_shifted_ = is_prepared_ = false;
   prior_ = Prior::kNone;
   must_condition_ = true;
 }
@@ -99,6 +98,7 @@ double MarkerCovariance::ridge() const noexcept {
 
 void MarkerCovariance::observe(const std::vector<Eigen::Vector3d>& position_head_mm,
                                const std::vector<std::uint8_t>& visible) noexcept {
+  is_prepared_ = false;
   for (std::size_t i = 0; i < markers_.size(); ++i) {
     Marker& marker = markers_[i];
     marker.visible = visible[i] != 0;
@@ -160,9 +160,18 @@ Eigen::Vector3d MarkerCovariance::residual_of(std::size_t i, const Eigen::Vector
   return markers_[i].leave_one_out_mm2 * pull;
 }
 
+void MarkerCovariance::prepare_to_learn() noexcept {
+  multiply_symmetric(precision_, deviation_mm_, pull_);
+  if (summed_ > 1) multiply_symmetric(precision_, sum_mm_, sum_pull_);
+  is_prepared_ = true;
+}
+
 Eigen::Vector3d MarkerCovariance::mean_residual_mm(std::size_t i) noexcept {
-  if (summed_ < 2 || !markers_[i].whole) return residual_mm(i);
-  return residual_of(i, sum_mm_) / summed_;
+  const bool of_mean = summed_ > 1 && markers_[i].whole;
+  const int frames = of_mean ? summed_ : 1;
+  if (!is_prepared_) return residual_of(i, of_mean ? sum_mm_ : deviation_mm_) / frames;
+  condition_visible(i);
+  return markers_[i].leave_one_out_mm2 * (of_mean ? sum_pull_ : pull_).segment<3>(at(i)) / frames;
 }
 
 void MarkerCovariance::condition() noexcept {
@@ -255,18 +264,15 @@ void MarkerCovariance::learn(double step_s) noexcept {
     if (markers_[i].seen) markers_[i].rest_mm += follow * deviation_mm_.segment<3>(at(i));
   }
   deviation_mm_ *= 1 - follow;
+  is_prepared_ = false;
   condition();
 }
 
 /// A becomes keep A + d d^T, with d in deviation_mm_. P stays symmetric to the bit: so its errors cannot grow.
 void MarkerCovariance::add_square(double keep) noexcept {
-  const Eigen::Index size = deviation_mm_.size();
-  for (Eigen::Index c = 0; c < size; ++c) direction_[c] = precision_.col(c).dot(deviation_mm_);
-  direction_ /= std::sqrt(keep * (keep + direction_.dot(deviation_mm_)));
-  const double grown = 1 / keep;
-  for (Eigen::Index c = 0; c < size; ++c) {
-    precision_.col(c) = grown * precision_.col(c) - direction_[c] * direction_;
-  }
+  if (!is_prepared_) multiply_symmetric(precision_, deviation_mm_, pull_);
+  direction_ = pull_ / std::sqrt(keep * (keep + pull_.dot(deviation_mm_)));
+  scale_less_square(precision_, 1 / keep, direction_);
 }
 
 /// A gets back at one coordinate, for all of them, what was forgotten of the ridge.
@@ -278,35 +284,8 @@ void MarkerCovariance::renew_ridge(double share) noexcept {
   since_ridge_ = 0;
   forgotten_ = 0;
   direction_ = precision_.col(next_ridge_) * std::sqrt(weight / (1 + weight * precision_(next_ridge_, next_ridge_)));
-  for (Eigen::Index c = 0; c < size; ++c) precision_.col(c) -= direction_[c] * direction_;
+  scale_less_square(precision_, 1, direction_);
   next_ridge_ = (next_ridge_ + 1) % size;
-}
-
-/// The first frame says who is whose neighbour. Markers that come later have none, and learn it.
-void MarkerCovariance::begin_prior() noexcept {
-  if (!is_informative()) return;
-  const double alike = options_.prior_samples * options_.alike_mm * options_.alike_mm;
-  swept_.setZero();
-  swept_.diagonal().setConstant(ridge());
-  for (std::size_t j = 0; j < markers_.size(); ++j) {
-    for (std::size_t i = j + 1; i < markers_.size(); ++i) {
-      if (!markers_[i].seen || !markers_[j].seen) continue;
-      const double apart = (markers_[i].rest_mm - markers_[j].rest_mm).norm() / options_.reach_mm;
-      swept_.block<3, 3>(at(i), at(j)).diagonal().setConstant(alike * std::exp(-apart * apart / 2));
-    }
-  }
-  next_pivot_ = 0;
-  prior_ = Prior::kOnItsWay;
-}
-
-void MarkerCovariance::go_on_with_prior() noexcept {
-  const Eigen::Index size = swept_.cols();
-  for (Eigen::Index work = kPriorWork; work > 0 && next_pivot_ < size; work -= size * size / 2) {
-    sweep_pivot(swept_, next_pivot_++, direction_);
-  }
-  if (next_pivot_ < size) return;
-  negate_whole(swept_, precision_);
-  prior_ = Prior::kThere;
 }
 
 }  // namespace risorius

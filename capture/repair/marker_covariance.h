@@ -48,6 +48,8 @@ class MarkerCovariance {
   Eigen::Vector3d prediction_mm(std::size_t i) noexcept;
   /// Measured position less prediction_mm(i), of a marker that is visible.
   Eigen::Vector3d residual_mm(std::size_t i) noexcept { return residual_of(i, deviation_mm_); }
+  /// Ahead of learn(), if mean_residual_mm is asked of most markers: one product that learn() needs too serves all.
+  void prepare_to_learn() noexcept;
   /// The same of the mean of the frames since the last one that was learnt from, and whether there are any.
   Eigen::Vector3d mean_residual_mm(std::size_t i) noexcept;
   bool has_unlearnt() const noexcept { return summed_ > 0; }
@@ -99,6 +101,8 @@ class MarkerCovariance {
   Eigen::MatrixXd precision_;        ///< P, 1 / mm^2
   Eigen::MatrixXd swept_;            ///< A of the first belief, on its way to -P, lower triangle
   Eigen::VectorXd direction_;        ///< of a rank-1 update
+  Eigen::VectorXd pull_;             ///< P deviation_mm_, and
+  Eigen::VectorXd sum_pull_;         ///< P sum_mm_, while is_prepared_
   std::vector<std::size_t> hidden_;  ///< seen, and hidden from condition()
   std::vector<double> factor_;       ///< lower Cholesky factor of P_hh
   Eigen::MatrixXd reach_;            ///< what is solved with it
@@ -108,7 +112,7 @@ class MarkerCovariance {
   Eigen::Index next_pivot_ = 0;  ///< of the first belief
   Eigen::Index next_ridge_ = 0;  ///< coordinate
   double forgotten_ = 0;         ///< share of the ridge, since one was renewed last
-  bool must_condition_ = true, has_shifted_ = false;
+  bool must_condition_ = true, has_shifted_ = false, is_prepared_ = false;
   enum class Prior : std::uint8_t { kNone, kOnItsWay, kThere } prior_ = Prior::kNone;
 };
 
