@@ -3,11 +3,10 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <fmt/format.h>
 #include <ranges>
 
-#include "capture/errors.h"
 #include "capture/repair/cholesky.h"
+#include "capture/repair/online_model.h"
 #include "capture/repair/symmetric_sweep.h"
 #include "capture/repair/symmetric_update.h"
 
@@ -19,13 +18,6 @@ constexpr int kRidgeEveryFrames = 4;
 /// With more coordinates hidden, the leave-one-out predictions take what is filled for seen: their only use is to say
 /// what a residual is worth, and exact ones would cost as much as everything else together.
 constexpr std::size_t kMostHiddenExactly = 24;
-/// A leap of the tracker's clock must not make the model forget everything.
-constexpr double kLongestFrameS = 1.0;
-
-double require_positive(const char* name, double value) {
-  if (value > 0 && std::isfinite(value)) return value;
-  throw UserError(name, fmt::format("{} is not a positive number", value), "leave it out for the default");
-}
 
 }  // namespace
 
@@ -247,7 +239,7 @@ bool MarkerCovariance::is_informative() const noexcept {
 }
 
 void MarkerCovariance::learn(double step_s) noexcept {
-  const double believed_s = std::min(step_s, kLongestFrameS);
+  const double believed_s = std::min(step_s, kLongestForgottenS);
   sum_mm_.setZero();
   summed_ = 0;
   if (prior_ == Prior::kNone) begin_prior();

@@ -9,6 +9,7 @@
 #include <ranges>
 
 #include "capture/errors.h"
+#include "capture/repair/online_model.h"
 
 namespace risorius {
 namespace {
@@ -18,16 +19,9 @@ constexpr double kPriorNoiseMm2 = 1.0;
 constexpr double kNoisePriorSamples = 10;
 /// The residual variance follows the model, so it forgets faster than the model itself.
 constexpr double kNoiseMemorySamples = 50;
-/// A leap of the tracker's clock must not make the model forget everything.
-constexpr double kLongestFrameS = 1.0;
 /// One marker's coming or going costs a fifth of conditioning afresh.
 constexpr int kMostChangesAtOnce = 4;
 constexpr int kChangesInARow = 64;
-
-double require_positive(const char* name, double value) {
-  if (value > 0 && std::isfinite(value)) return value;
-  throw UserError(name, fmt::format("{} is not a positive number", value), "leave it out for the default");
-}
 
 }  // namespace
 
@@ -206,7 +200,7 @@ bool MarkerStatistics::informative() const noexcept {
 void MarkerStatistics::learn(double step_s) noexcept {
   since_learnt_s_ += step_s;
   if (since_learnt_s_ * options_.learn_rate_hz < 0.999) return;
-  block_s_ += std::min(since_learnt_s_, kLongestFrameS);
+  block_s_ += std::min(since_learnt_s_, kLongestForgottenS);
   since_learnt_s_ = 0;
   if (!informative()) return;
   const auto slot = static_cast<std::size_t>(block_size_);
