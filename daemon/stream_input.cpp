@@ -62,12 +62,14 @@ void StreamInput::on_ready() {
         describe(*event_.set);
         break;
       case SourceEventKind::kFrame:
-        note_arrival(event_.frame.header);
+        admitted_.announce();  // the pipeline wakes while the frame is put in order
         push_in_order(reorder_, event_.frame);
+        note_arrival(event_.frame.header);
         break;
       case SourceEventKind::kShapes:
-        note_arrival(event_.shapes.header);
+        admitted_.announce();
         push_in_order(shape_reorder_, event_.shapes);
+        note_arrival(event_.shapes.header);
         break;
       case SourceEventKind::kEndOfStream:
         // The window goes on knowing what came: a straggler after the end is late, not the first frame of a new stream.
@@ -96,7 +98,6 @@ void StreamInput::push_in_order(ReorderWindowOf<Frame>& window, const Frame& fra
   while (!window.push(frame)) admit_ordered_frames();
   if (source_->keeps_order()) window.give_up_gaps();
   admit_ordered_frames();
-  if (!stream_open_) watchdog_.stream_ended();  // a straggler, after which no others are due
 }
 
 void StreamInput::admit_ordered_frames() {
@@ -174,8 +175,10 @@ std::string_view StreamInput::state() const noexcept {
   return name_of(link == LinkState::kStreaming ? LinkState::kWaiting : link);
 }
 
+/// After the frame is on its way.
 void StreamInput::note_arrival(const FrameHeader& header) noexcept {
   if (watchdog_.frame_came(header.receive_time_ns)) on_state_change_();
+  if (!stream_open_) watchdog_.stream_ended();  // a straggler, after which no others are due
   clock_.add_arrival(header.capture_time_ns, header.receive_time_ns);
   if (!clock_.known() || std::abs(clock_.skew_ppm()) > kLiveSkewPpm) return;
   exposure_to_received_.add(difference_ns(header.receive_time_ns, clock_.to_ours_ns(header.capture_time_ns)));
