@@ -22,7 +22,7 @@ constexpr double kUnlearnt = 1.2, kUnlearntGrowth = 7, kUnlearntPower = 0.8;
 }  // namespace
 
 GapFiller::GapFiller(GapFillerOptions options)
-    : options_(std::move(options)), own_head_(options_.head_frame), covariance_(options_.covariance) {
+    : options_(std::move(options)), own_head_(options_.head_frame), model_(options_.covariance) {
   if (options_.max_gap_ns <= 0) {
     throw UserError("max_gap_ns", fmt::format("{} is not > 0", options_.max_gap_ns),
                     "2000000000 (2 s) is the default; the method `none` fills nothing");
@@ -41,9 +41,8 @@ void GapFiller::use_marker_set(const MarkerSet& set) {
   settle();
   const std::vector<int> old_index = index_map(set_.names, set.names);
   own_head_.use_names(set.names);
-  covariance_.remap(old_index);
+  model_.remap(old_index);
   measured_.assign(set.names.size(), 0);
-  residuals_.remap(old_index);
   std::vector<HeldMarker> held(set.names.size());
   for (std::size_t i = 0; i < held.size(); ++i) {
     if (old_index[i] >= 0) held[i] = held_[static_cast<std::size_t>(old_index[i])];
@@ -57,9 +56,7 @@ void GapFiller::use_marker_set(const MarkerSet& set) {
 void GapFiller::reset() noexcept {
   is_settled_ = true;
   own_head_.reset();
-  covariance_.reset();
-  residuals_.reset();
-  since_tick_s_ = 0;
+  model_.reset();
   std::fill(held_.begin(), held_.end(), HeldMarker{});
   clock_.reset(set_.rate_hz);
   drop_waiting();
@@ -121,23 +118,8 @@ bool GapFiller::look_at(const MarkerFrame& frame, const Despiker* despiker) noex
   // A pose that is not determined, or few visible markers, say too little of the face: the last frame's word is held.
   is_informed_ = determined && options_.method == FillMethod::kCovariance &&
                  3 * std::count(measured_.begin(), measured_.end(), 1) >= frame.count;
-  if (is_informed_) observe();
+  if (is_informed_) model_.observe(head_->position_head_mm(), measured_);
   return determined;
-}
-
-void GapFiller::observe() noexcept {
-  // Of a marker that goes, the frames since the last tick are the freshest word.
-  for (std::size_t i = 0; covariance_.has_unlearnt() && i < measured_.size(); ++i) {
-    if (measured_[i] || !covariance_.visible(i)) continue;
-    residuals_.refine(i, covariance_.mean_residual_mm(i), since_tick_s_);
-  }
-  covariance_.observe(head_->position_head_mm(), measured_);
-  take_over_shifts();
-}
-
-void GapFiller::take_over_shifts() noexcept {
-  if (!covariance_.has_shifted()) return;
-  for (std::size_t i = 0; i < measured_.size(); ++i) residuals_.shift(i, covariance_.shift_mm(i));
 }
 
 void GapFiller::process(MarkerFrame& frame, const Despiker* despiker) noexcept {
@@ -181,34 +163,17 @@ void GapFiller::lead_home(const MarkerFrame& frame, std::size_t i) noexcept {
 void GapFiller::settle() noexcept {
   if (is_settled_) return;
   is_settled_ = true;
-  if (options_.method == FillMethod::kCovariance) learn();
+  if (options_.method == FillMethod::kCovariance) model_.learn(measured_, step_s_, is_informed_);
   if (owns_head_) own_head_.learn(step_s_, measured_);
 }
 
-/// Once per tick: the residuals are 60 a second, whatever the rate.
-void GapFiller::learn() noexcept {
-  since_tick_s_ += step_s_;
-  if (since_tick_s_ < 0.99 * ResidualMemory::kTickS) return;
-  residuals_.begin_frame(since_tick_s_);
-  if (is_informed_) {
-    covariance_.prepare_to_learn();
-    for (std::size_t i = 0; i < measured_.size(); ++i) {
-      if (measured_[i]) residuals_.observe(i, covariance_.mean_residual_mm(i), covariance_.variance_mm2(i));
-    }
-    covariance_.learn(since_tick_s_);
-    take_over_shifts();
-  }
-  since_tick_s_ = 0;
-}
-
-GapFiller::Fill GapFiller::estimate(std::size_t i) noexcept {
+MarkerFill GapFiller::estimate(std::size_t i) noexcept {
   const HeldMarker& held = held_[i];
   if (options_.method == FillMethod::kHold) return {held.hold_mm(), held.variance_mm2()};
   if (options_.method == FillMethod::kDampedVelocity) return {held.damped_mm(), held.variance_mm2()};
-  const double variance = covariance_.variance_mm2(i);
-  const ResidualMemory::Forecast forecast = residuals_.forecast(i, held.gap_s(), variance);
-  const double unlearnt = kUnlearnt + kUnlearntGrowth * std::pow(held.gap_s(), kUnlearntPower);
-  return {covariance_.prediction_mm(i) + forecast.residual_mm, unlearnt * forecast.variance_mm2};
+  MarkerFill fill = model_.estimate(i, held.gap_s());
+  fill.variance_mm2 *= kUnlearnt + kUnlearntGrowth * std::pow(held.gap_s(), kUnlearntPower);
+  return fill;
 }
 
 void GapFiller::fill(MarkerFrame& frame, std::size_t i) noexcept {
@@ -219,7 +184,7 @@ void GapFiller::fill(MarkerFrame& frame, std::size_t i) noexcept {
     left_missing_.add();
     return;
   }
-  const Fill fill = estimate(i);
+  const MarkerFill fill = estimate(i);
   const Eigen::Vector3f world = (head_->head_from_world().inverse() * fill.position_head_mm).cast<float>();
   frame.position_mm[i] = {world.x(), world.y(), world.z()};
   frame.standard_deviation_mm[i] = static_cast<float>(std::sqrt(fill.variance_mm2));

@@ -15,10 +15,9 @@
 #include "capture/counters.h"
 #include "capture/marker_set.h"
 #include "capture/repair/baselines/held_marker.h"
+#include "capture/repair/fill_model.h"
 #include "capture/repair/frame_clock.h"
 #include "capture/repair/head_frame.h"
-#include "capture/repair/marker_covariance.h"
-#include "capture/repair/residual_memory.h"
 
 namespace risorius {
 
@@ -65,34 +64,25 @@ class GapFiller {
   const Counter& left_missing() const noexcept { return left_missing_; }
 
  private:
-  struct Fill {
-    Eigen::Vector3d position_head_mm;
-    double variance_mm2;
-  };
   bool take_in(const MarkerFrame& frame, const Despiker* despiker) noexcept;
   bool look_at(const MarkerFrame& frame, const Despiker* despiker) noexcept;
   void process(MarkerFrame& frame, const Despiker* despiker) noexcept;
   void fill(MarkerFrame& frame, std::size_t i) noexcept;
-  void observe() noexcept;
-  void take_over_shifts() noexcept;
-  void learn() noexcept;
   MarkerFrame& back(std::size_t frames_ago) noexcept;
   void drop_waiting() noexcept;
   bool is_ready() const noexcept { return waiting_ > (is_flushing_ ? 0 : options_.lookahead_frames); }
   void lead_home(const MarkerFrame& frame, std::size_t i) noexcept;
-  Fill estimate(std::size_t i) noexcept;
+  MarkerFill estimate(std::size_t i) noexcept;
 
   GapFillerOptions options_;
   MarkerSet set_;
   HeadFrame own_head_;                  ///< without a despiker's
   const HeadFrame* head_ = &own_head_;  ///< of the frame being processed
-  MarkerCovariance covariance_;
-  ResidualMemory residuals_;
+  FillModel model_;
   std::vector<std::uint8_t> measured_;  ///< in the frame last pushed
   std::vector<HeldMarker> held_;
   FrameClock clock_;
   double step_s_ = 0;              ///< from the frame before the one last pushed
-  double since_tick_s_ = 0;        ///< from the frame last learnt from, to the one last pushed
   bool owns_head_ = true;          ///< the frame last pushed came without a despiker
   bool is_informed_ = false;       ///< the frame last pushed showed enough of the face to learn from
   bool is_settled_ = true;         ///< the frame last pushed has been learnt from

@@ -1,0 +1,50 @@
+// What is known of the markers of one face while it streams, and what it says of those that are hidden: how markers
+// move together (MarkerCovariance) and what a marker's own past adds to that (ResidualMemory). Learns 60 times a
+// second, whatever the rate.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "capture/repair/marker_covariance.h"
+#include "capture/repair/residual_memory.h"
+
+namespace risorius {
+
+/// Where a hidden marker is, in the head frame, and the variance of that per axis.
+struct MarkerFill {
+  Eigen::Vector3d position_head_mm;
+  double variance_mm2;
+};
+
+class FillModel {
+ public:
+  /// Throws UserError for an option out of its range.
+  explicit FillModel(MarkerCovarianceOptions options = {}) : covariance_(options) {}
+
+  /// Allocates. Marker i takes over what was known of old_index[i]; -1 is a marker never seen.
+  void remap(const std::vector<int>& old_index);
+  void reset() noexcept;
+
+  /// Takes in a frame: positions in the head frame, and which markers are measured (1). One that shows too little of
+  /// the face to learn from is not observed: the last frame's word is held.
+  void observe(const std::vector<Eigen::Vector3d>& position_head_mm,
+               const std::vector<std::uint8_t>& measured) noexcept;
+  /// Learns from what was observed, if a tick has passed; true if so. Once per frame, observed (`is_informed`) or not,
+  /// `step_s` after the one before.
+  bool learn(const std::vector<std::uint8_t>& measured, double step_s, bool is_informed) noexcept;
+
+  /// Of a marker measured last gap_s ago. The variance is the one that such statements had of markers that the model
+  /// went on learning from; in a gap it does not (FillRehearsal).
+  MarkerFill estimate(std::size_t i, double gap_s) noexcept;
+
+ private:
+  void take_over_shifts(const std::vector<std::uint8_t>& measured) noexcept;
+
+  MarkerCovariance covariance_;
+  ResidualMemory residuals_;
+  double since_tick_s_ = 0;  ///< from the frame last learnt from, to the one last observed
+};
+
+}  // namespace risorius
