@@ -34,8 +34,9 @@ class Channel {
   }
   void ring() noexcept { bell_.ring(); }
   /// An item will follow within microseconds: the consumer wakes while the producer still works on it, so that the time
-  /// that waking takes does not come on top.
+  /// that waking takes does not come on top. Who has something to work on is awake, and is not told.
   void announce() noexcept {
+    if (queue_.size() > 0) return;
     announced_.store(true, std::memory_order_release);
     bell_.ring();
   }
