@@ -1,8 +1,16 @@
 #include "capture/repair/fill_model.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace risorius {
 
 void FillModel::remap(const std::vector<int>& old_index) {
+  std::vector<Eigen::Vector3d> stayed(old_index.size(), Eigen::Vector3d::Zero());
+  for (std::size_t i = 0; i < stayed.size(); ++i) {
+    if (old_index[i] >= 0) stayed[i] = stayed_head_mm_[static_cast<std::size_t>(old_index[i])];
+  }
+  stayed_head_mm_ = std::move(stayed);
   covariance_.remap(old_index);
   residuals_.remap(old_index);
 }
@@ -10,11 +18,18 @@ void FillModel::remap(const std::vector<int>& old_index) {
 void FillModel::reset() noexcept {
   covariance_.reset();
   residuals_.reset();
+  std::fill(stayed_head_mm_.begin(), stayed_head_mm_.end(), Eigen::Vector3d::Zero());
   since_tick_s_ = 0;
 }
 
-void FillModel::observe(const std::vector<Eigen::Vector3d>& position_head_mm,
-                        const std::vector<std::uint8_t>& measured) noexcept {
+void FillModel::observe(const std::vector<Eigen::Vector3d>& position_head_mm, const std::vector<std::uint8_t>& measured,
+                        double step_s) noexcept {
+  const double follow = 1 - std::exp(-step_s / kLatelyS);
+  for (std::size_t i = 0; i < measured.size(); ++i) {
+    if (!measured[i]) continue;
+    const double rate = covariance_.visible(i) ? follow : 1;  // who comes back is where it is
+    stayed_head_mm_[i] += rate * (position_head_mm[i] - stayed_head_mm_[i]);
+  }
   // Of a marker that goes, the frames since the last tick are the freshest word.
   for (std::size_t i = 0; covariance_.has_unlearnt() && i < measured.size(); ++i) {
     if (measured[i] || !covariance_.visible(i)) continue;
@@ -29,9 +44,9 @@ void FillModel::take_over_shifts(const std::vector<std::uint8_t>& measured) noex
   for (std::size_t i = 0; i < measured.size(); ++i) residuals_.shift(i, covariance_.shift_mm(i));
 }
 
-bool FillModel::learn(const std::vector<std::uint8_t>& measured, double step_s, bool is_informed) noexcept {
+void FillModel::learn(const std::vector<std::uint8_t>& measured, double step_s, bool is_informed) noexcept {
   since_tick_s_ += step_s;
-  if (since_tick_s_ < 0.99 * ResidualMemory::kTickS) return false;
+  if (since_tick_s_ < 0.99 * ResidualMemory::kTickS) return;
   residuals_.begin_frame(since_tick_s_);
   if (is_informed) {
     covariance_.prepare_to_learn();
@@ -42,7 +57,6 @@ bool FillModel::learn(const std::vector<std::uint8_t>& measured, double step_s, 
     take_over_shifts(measured);
   }
   since_tick_s_ = 0;
-  return true;
 }
 
 MarkerFill FillModel::estimate(std::size_t i, double gap_s) noexcept {

@@ -15,14 +15,13 @@ static_assert(Stage<GapFiller, MarkerFrame, MarkerFrame>);
 
 namespace {
 constexpr std::uint32_t kMostLookahead = 64;
-/// The errors that the memory knows are those of a model that had just learnt from the marker; in a gap it has not. So
-/// the variance grows: times kUnlearnt at the start, and by this much in the first second. Set on the jaw and eyebrows
-/// takes, by the share of errors within the 90 % interval.
-constexpr double kUnlearnt = 1.2, kUnlearntGrowth = 7, kUnlearntPower = 0.8;
 }  // namespace
 
 GapFiller::GapFiller(GapFillerOptions options)
-    : options_(std::move(options)), own_head_(options_.head_frame), model_(options_.covariance) {
+    : options_(std::move(options)),
+      own_head_(options_.head_frame),
+      model_(options_.covariance),
+      rehearsal_(options_.covariance) {
   if (options_.max_gap_ns <= 0) {
     throw UserError("max_gap_ns", fmt::format("{} is not > 0", options_.max_gap_ns),
                     "2000000000 (2 s) is the default; the method `none` fills nothing");
@@ -42,6 +41,7 @@ void GapFiller::use_marker_set(const MarkerSet& set) {
   const std::vector<int> old_index = index_map(set_.names, set.names);
   own_head_.use_names(set.names);
   model_.remap(old_index);
+  rehearsal_.remap(old_index);
   measured_.assign(set.names.size(), 0);
   std::vector<HeldMarker> held(set.names.size());
   for (std::size_t i = 0; i < held.size(); ++i) {
@@ -57,6 +57,7 @@ void GapFiller::reset() noexcept {
   is_settled_ = true;
   own_head_.reset();
   model_.reset();
+  rehearsal_.reset();
   std::fill(held_.begin(), held_.end(), HeldMarker{});
   clock_.reset(set_.rate_hz);
   drop_waiting();
@@ -118,7 +119,10 @@ bool GapFiller::look_at(const MarkerFrame& frame, const Despiker* despiker) noex
   // A pose that is not determined, or few visible markers, say too little of the face: the last frame's word is held.
   is_informed_ = determined && options_.method == FillMethod::kCovariance &&
                  3 * std::count(measured_.begin(), measured_.end(), 1) >= frame.count;
-  if (is_informed_) model_.observe(head_->position_head_mm(), measured_);
+  if (is_informed_) {
+    model_.observe(head_->position_head_mm(), measured_, step_s_);
+    rehearsal_.take(head_->position_head_mm(), measured_);
+  }
   return determined;
 }
 
@@ -163,7 +167,10 @@ void GapFiller::lead_home(const MarkerFrame& frame, std::size_t i) noexcept {
 void GapFiller::settle() noexcept {
   if (is_settled_) return;
   is_settled_ = true;
-  if (options_.method == FillMethod::kCovariance) model_.learn(measured_, step_s_, is_informed_);
+  if (options_.method == FillMethod::kCovariance) {
+    model_.learn(measured_, step_s_, is_informed_);
+    rehearsal_.practise(model_, step_s_, is_informed_);
+  }
   if (owns_head_) own_head_.learn(step_s_, measured_);
 }
 
@@ -171,9 +178,7 @@ MarkerFill GapFiller::estimate(std::size_t i) noexcept {
   const HeldMarker& held = held_[i];
   if (options_.method == FillMethod::kHold) return {held.hold_mm(), held.variance_mm2()};
   if (options_.method == FillMethod::kDampedVelocity) return {held.damped_mm(), held.variance_mm2()};
-  MarkerFill fill = model_.estimate(i, held.gap_s());
-  fill.variance_mm2 *= kUnlearnt + kUnlearntGrowth * std::pow(held.gap_s(), kUnlearntPower);
-  return fill;
+  return rehearsal_.weigh(i, model_.estimate(i, held.gap_s()), model_.stayed_head_mm(i), held.gap_s());
 }
 
 void GapFiller::fill(MarkerFrame& frame, std::size_t i) noexcept {

@@ -16,6 +16,7 @@
 #include "capture/marker_set.h"
 #include "capture/repair/baselines/held_marker.h"
 #include "capture/repair/fill_model.h"
+#include "capture/repair/fill_rehearsal.h"
 #include "capture/repair/frame_clock.h"
 #include "capture/repair/head_frame.h"
 
@@ -79,6 +80,7 @@ class GapFiller {
   HeadFrame own_head_;                  ///< without a despiker's
   const HeadFrame* head_ = &own_head_;  ///< of the frame being processed
   FillModel model_;
+  FillRehearsal rehearsal_;
   std::vector<std::uint8_t> measured_;  ///< in the frame last pushed
   std::vector<HeldMarker> held_;
   FrameClock clock_;

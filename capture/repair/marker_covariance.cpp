@@ -1,5 +1,6 @@
 #include "capture/repair/marker_covariance.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -35,24 +36,17 @@ void MarkerCovariance::remap(const std::vector<int>& old_index) {
   if (std::ranges::equal(old_index, std::views::iota(0, static_cast<int>(markers_.size())))) return;
   const std::size_t count = old_index.size();
   const auto size = static_cast<Eigen::Index>(3 * count);
-  const Eigen::MatrixXd known = inverse_of(precision_);
+  precision_ = precision_of_kept(old_index);
   std::vector<Marker> mapped(count);
-  Eigen::MatrixXd squares = Eigen::MatrixXd::Zero(size, size);
-  squares.diagonal().setConstant(ridge());
   Eigen::VectorXd deviation = Eigen::VectorXd::Zero(size);
   for (std::size_t i = 0; i < count; ++i) {
     if (old_index[i] < 0) continue;
     const auto old = static_cast<std::size_t>(old_index[i]);
     mapped[i] = markers_[old];
     deviation.segment<3>(at(i)) = deviation_mm_.segment<3>(at(old));
-    for (std::size_t j = 0; j < count; ++j) {
-      if (old_index[j] < 0) continue;
-      squares.block<3, 3>(at(i), at(j)) = known.block<3, 3>(at(old), at(static_cast<std::size_t>(old_index[j])));
-    }
   }
   markers_ = std::move(mapped);
   deviation_mm_ = std::move(deviation);
-  precision_ = inverse_of(squares);
   sum_mm_ = Eigen::VectorXd::Zero(size);
   direction_ = pull_ = sum_pull_ = Eigen::VectorXd::Zero(size);
   is_prepared_ = false;
@@ -65,6 +59,36 @@ void MarkerCovariance::remap(const std::vector<int>& old_index) {
   next_ridge_ = 0;
   if (prior_ == Prior::kOnItsWay) prior_ = Prior::kNone;
   must_condition_ = true;
+}
+
+/// A without the rows and columns of the markers that go has P_kk - P_kg P_gg^-1 P_gk for its inverse; a newcomer's
+/// rows of A hold nothing but the ridge. So neither A itself is needed nor an inverse of its size.
+Eigen::MatrixXd MarkerCovariance::precision_of_kept(const std::vector<int>& old_index) const {
+  std::vector<Eigen::Index> place, kept, gone;  // new and old coordinates of what stays, old ones of what goes
+  std::vector<bool> stays(markers_.size(), false);
+  for (std::size_t i = 0; i < old_index.size(); ++i) {
+    if (old_index[i] < 0) continue;
+    stays[static_cast<std::size_t>(old_index[i])] = true;
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      place.push_back(at(i) + axis);
+      kept.push_back(3 * old_index[i] + axis);
+    }
+  }
+  for (std::size_t i = 0; i < markers_.size(); ++i) {
+    for (Eigen::Index axis = 0; axis < 3 && !stays[i]; ++axis) gone.push_back(at(i) + axis);
+  }
+  Eigen::MatrixXd known = precision_(kept, kept);
+  if (!gone.empty() && !kept.empty()) {
+    const Eigen::LLT<Eigen::MatrixXd> factor(precision_(gone, gone));
+    const Eigen::MatrixXd reach = factor.matrixL().solve(Eigen::MatrixXd(precision_(gone, kept)));
+    known.selfadjointView<Eigen::Lower>().rankUpdate(reach.transpose(), -1);
+    known.triangularView<Eigen::StrictlyUpper>() = known.transpose();
+  }
+  const auto size = static_cast<Eigen::Index>(3 * old_index.size());
+  Eigen::MatrixXd precision = Eigen::MatrixXd::Zero(size, size);
+  precision.diagonal().setConstant(1 / ridge());
+  precision(place, place) = known;
+  return precision;
 }
 
 void MarkerCovariance::reset() noexcept {

@@ -78,6 +78,7 @@ class MarkerCovariance {
 
   static Eigen::Index at(std::size_t i) noexcept { return static_cast<Eigen::Index>(3 * i); }
   auto precision_of(std::size_t i) const noexcept { return precision_.middleCols<3>(at(i)); }
+  Eigen::MatrixXd precision_of_kept(const std::vector<int>& old_index) const;
   Eigen::Vector3d residual_of(std::size_t i, const Eigen::VectorXd& deviation_mm) noexcept;
   Eigen::Vector3d deviation_predicted(std::size_t i) noexcept;
   bool is_informative() const noexcept;

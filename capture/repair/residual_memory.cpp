@@ -107,11 +107,15 @@ void ResidualMemory::observe(std::size_t i, const Eigen::Vector3d& residual_mm, 
 
 void ResidualMemory::refine(std::size_t i, const Eigen::Vector3d& residual_mm, double step_s) noexcept {
   Marker& marker = markers_[i];
-  if (marker.last_frame == frame_) {
-    marker.level_mm.col(0) += rate(step_s, kQuickS) * (residual_mm - marker.level_mm.col(0));
-    marker.level_mm.col(1) += rate(step_s, kSlowS) * (residual_mm - marker.level_mm.col(1));
+  follow(marker.level_mm, residual_mm, step_s, marker.last_frame == frame_);
+}
+
+void ResidualMemory::follow(Level& level_mm, const Eigen::Vector3d& residual_mm, double step_s, bool goes_on) noexcept {
+  if (goes_on) {
+    level_mm.col(0) += rate(step_s, kQuickS) * (residual_mm - level_mm.col(0));
+    level_mm.col(1) += rate(step_s, kSlowS) * (residual_mm - level_mm.col(1));
   } else {
-    marker.level_mm.colwise() = residual_mm;
+    level_mm.colwise() = residual_mm;
   }
 }
 
@@ -145,7 +149,7 @@ void ResidualMemory::renew_pool() noexcept {
   pool_ = pool;
 }
 
-ResidualMemory::Forecast ResidualMemory::forecast_at_lag(const Marker& marker, std::size_t lag,
+ResidualMemory::Forecast ResidualMemory::forecast_at_lag(const Level& level_mm, const Marker& marker, std::size_t lag,
                                                          double variance_mm2) const noexcept {
   // The pool takes the marker's scale: its own residual where it has samples, the model's claim where it has none.
   Moments moments = marker.moments[lag];
@@ -159,21 +163,22 @@ ResidualMemory::Forecast ResidualMemory::forecast_at_lag(const Marker& marker, s
   const Eigen::Vector2d gain = (moments.s_s + ridge * Eigen::Matrix2d::Identity()).ldlt().solve(moments.e_s);
   const double squared = moments.e_e - 2 * gain.dot(moments.e_s) + gain.dot(moments.s_s * gain);
   Forecast forecast;
-  forecast.residual_mm = marker.level_mm * gain;
+  forecast.residual_mm = level_mm * gain;
   // What the regression missed, scaled by how much more (or less) the model knows now than it did on average.
   const double knows_less = variance_mm2 / (moments.model / (3 * moments.weight) + kTiny);
   forecast.variance_mm2 = std::max(squared, 0.0) / (3 * moments.weight) * knows_less;
   return forecast;
 }
 
-ResidualMemory::Forecast ResidualMemory::forecast(std::size_t i, double gap_s, double variance_mm2) const noexcept {
+ResidualMemory::Forecast ResidualMemory::forecast_from(const Level& level_mm, std::size_t i, double gap_s,
+                                                       double variance_mm2) const noexcept {
   const double ticks = std::max(1.0, gap_s / tick_s_);
   const double position = std::min(std::log2(ticks), kLags - 1.0);
   const auto lower = static_cast<std::size_t>(position);
   const std::size_t upper = std::min(lower + 1, static_cast<std::size_t>(kLags - 1));
   const double share = position - static_cast<double>(lower);
-  const Forecast near = forecast_at_lag(markers_[i], lower, variance_mm2);
-  const Forecast far = upper == lower ? near : forecast_at_lag(markers_[i], upper, variance_mm2);
+  const Forecast near = forecast_at_lag(level_mm, markers_[i], lower, variance_mm2);
+  const Forecast far = upper == lower ? near : forecast_at_lag(level_mm, markers_[i], upper, variance_mm2);
   const double beyond = std::min(1.0, kLongestLag / ticks);  // past the longest lag the memory fades
   return {beyond * ((1 - share) * near.residual_mm + share * far.residual_mm),
           ((1 - share) * near.variance_mm2 + share * far.variance_mm2) / beyond};

@@ -25,6 +25,11 @@ class ResidualMemory {
     double variance_mm2 = 0;  ///< of the true residual about it, per axis
   };
 
+  /// Columns: the quick and the slow average of a residual.
+  using Level = Eigen::Matrix<double, 3, 2>;
+  /// One more residual, step_s after the one before; `goes_on`: there was one.
+  static void follow(Level& level_mm, const Eigen::Vector3d& residual_mm, double step_s, bool goes_on) noexcept;
+
   /// Allocates. Marker i takes over what was known of old_index[i]; -1 is a marker never seen.
   void remap(const std::vector<int>& old_index);
   void reset() noexcept;
@@ -38,12 +43,14 @@ class ResidualMemory {
   /// What was remembered of marker i is raised by this: the model speaks differently from now on.
   void shift(std::size_t i, const Eigen::Vector3d& by_mm) noexcept { markers_[i].level_mm.colwise() += by_mm; }
   /// For a marker that was observed last `gap_s` ago and that the model predicts now with `variance_mm2`.
-  Forecast forecast(std::size_t i, double gap_s, double variance_mm2) const noexcept;
+  Forecast forecast(std::size_t i, double gap_s, double variance_mm2) const noexcept {
+    return forecast_from(markers_[i].level_mm, i, gap_s, variance_mm2);
+  }
+  /// The same from another level, as if that were the one remembered of marker i.
+  Forecast forecast_from(const Level& level_mm, std::size_t i, double gap_s, double variance_mm2) const noexcept;
 
  private:
   static constexpr std::size_t kRing = kLongestLag + 1;
-  using Level = Eigen::Matrix<double, 3, 2>;
-
   /// Second moments over the samples, all three axes summed.
   struct Moments {
     Eigen::Matrix2d s_s = Eigen::Matrix2d::Zero();
@@ -67,7 +74,8 @@ class ResidualMemory {
   static std::array<Moments, kLags> prior_pool() noexcept;
   void learn_lags(std::size_t i, const Eigen::Vector3d& residual_mm, double variance_mm2) noexcept;
   void renew_pool() noexcept;
-  Forecast forecast_at_lag(const Marker& marker, std::size_t lag, double variance_mm2) const noexcept;
+  Forecast forecast_at_lag(const Level& level_mm, const Marker& marker, std::size_t lag,
+                           double variance_mm2) const noexcept;
 
   std::vector<Marker> markers_;
   std::vector<Past> ring_;  ///< kRing ticks x markers

@@ -31,12 +31,4 @@ inline void negate_whole(const Eigen::MatrixXd& swept, Eigen::MatrixXd& whole) n
   }
 }
 
-inline Eigen::MatrixXd inverse_of(Eigen::MatrixXd a) {
-  Eigen::MatrixXd inverse(a.rows(), a.cols());
-  Eigen::VectorXd column(a.rows());
-  for (Eigen::Index pivot = 0; pivot < a.cols(); ++pivot) sweep_pivot(a, pivot, column);
-  negate_whole(a, inverse);
-  return inverse;
-}
-
 }  // namespace risorius

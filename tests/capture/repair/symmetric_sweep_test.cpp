@@ -9,6 +9,14 @@
 namespace risorius {
 namespace {
 
+Eigen::MatrixXd inverse_of(Eigen::MatrixXd a) {
+  Eigen::MatrixXd inverse(a.rows(), a.cols());
+  Eigen::VectorXd column(a.rows());
+  for (Eigen::Index pivot = 0; pivot < a.cols(); ++pivot) sweep_pivot(a, pivot, column);
+  negate_whole(a, inverse);
+  return inverse;
+}
+
 Eigen::MatrixXd positive_definite(Eigen::Index size, unsigned seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal(0, 1);
