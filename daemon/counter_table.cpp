@@ -47,9 +47,14 @@ constexpr auto kStreamCounters = std::to_array<CounterRow>({
     {"datagrams.foreign", kCount, "datagrams", "from another host than the tracker; not looked at",
      "something else sends to our port"},
     {"datagrams.errors", kReasons, "datagrams", "refused, by reason",
-     "bad_magic, bad_checksum, version: something else sends to this port; unknown_set: frames before their marker "
-     "set; other_session: two senders share this port, "
-     "and the first keeps it until it ends or falls silent; other_device: of another phone; leap: its clock leapt; "
+     "bad_magic, bad_checksum, version: something else sends to this port; too_short, too_long, bad_length, bad_type, "
+     "bad_count: not laid out as it says itself (capture/README.md); bad_value: a rate or unit that is no number, or "
+     "below "
+     "0; bad_set: a marker set with a name twice or empty, or a rate beyond 100 kHz; unknown_set: frames before their "
+     "marker set, or whose set was refused; count_mismatch: frame and set differ; other_session: two senders share "
+     "this "
+     "port, and the first keeps it until it ends or falls silent; other_device: of another phone; leap: its clock "
+     "leapt; "
      "too_many_sets: 64 in force at once, or 4096 since risoriusd started: start it again"},
     {"frames.assembled", kLedger, "frames", "put together from datagrams", ""},
     {"frames.incomplete", kLoss, "frames", "given up because a part of them was lost", "the network loses datagrams"},
@@ -63,6 +68,9 @@ constexpr auto kStreamCounters = std::to_array<CounterRow>({
     {"reorder.restarts", kCount, "", "how often the sequence began anew", "the sender restarts"},
     {"admission", kLossLedger, "frames", "into the pipeline's queue; dropped: it was full",
      "dropped: the machine is overloaded; `[queues] admission`"},
+    {"admission.hasty_sets", kLoss, "frames",
+     "dropped because their marker set followed too many others: 16 at once, then two a second",
+     "the sender changes between sets all the time"},
     {"admission.control_lost", kLoss, "items", "marker sets and ends of streams that found the queue full; must be 0",
      "the machine is overloaded"},
     {"despike", kLedger, "frames", "0 for face shapes, which enter after the solve", ""},

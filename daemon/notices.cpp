@@ -32,6 +32,8 @@ constexpr std::array<Advice, 5> kAdviceOnStates{{
     {"lost", "the connection is gone; trying again"},
 }};
 
+constexpr std::string_view kAdviceOnEnd = "the stream has ended; the next one is waited for";
+
 /// Of a solver's status without AUs.
 constexpr std::array<Advice, 6> kAdviceOnStatuses{{
     {"not_solved", "the rig does not fit the markers"},
@@ -96,7 +98,10 @@ void Notices::update_stream(const std::string& name, const nlohmann::json& strea
   Stream& before = streams_[name];
   const auto state = stream.at("state").get<std::string>();
   if (std::exchange(before.state, state) != state) {
-    if (const auto advice = advice_on(state, kAdviceOnStates); !advice.empty())
+    // Where the link streams on, it is the stream that has ended, as streams do.
+    const bool ended =
+        state == "waiting" && stream.value(nlohmann::json::json_pointer("/link/state"), std::string()) == "streaming";
+    if (const auto advice = ended ? kAdviceOnEnd : advice_on(state, kAdviceOnStates); !advice.empty())
       lines.push_back(fmt::format("{}: {}: {}", name, state, advice));
   }
   const auto problem = stream.at("rig_problem").get<std::string>();

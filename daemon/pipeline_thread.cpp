@@ -75,6 +75,7 @@ void PipelineThread::work_on(const AdmittedItem& item) {
       break;
     }
     case AdmittedItem::Kind::kMarkerSet:
+      begun_ns_ = monotonic_now_ns();
       stream.stages.flush();
       hand_on_solved(stream, item.stream_id);
       if (!stream.shapes) {
@@ -90,6 +91,7 @@ void PipelineThread::work_on(const AdmittedItem& item) {
       }
       stream.budget_ns = item.marker_set->rate_hz > 0 ? static_cast<std::int64_t>(1e9 / item.marker_set->rate_hz) : 0;
       hand_on_control(OutputItem::Kind::kMarkerSet, item.stream_id, item.marker_set);
+      note_cycle(stream);
       break;
     case AdmittedItem::Kind::kEndOfStream:
       stream.stages.flush();
@@ -127,6 +129,10 @@ void PipelineThread::work_on_frame(PipelineStream& stream, const AdmittedItem& i
     hand_on_solved(stream, item.stream_id);
     stream.stages.settle();
   }
+  note_cycle(stream);
+}
+
+void PipelineThread::note_cycle(PipelineStream& stream) const noexcept {
   const std::int64_t cycle_ns = monotonic_now_ns() - begun_ns_;
   stream.cycles.longest_cycle_ns.raise_to(static_cast<std::uint64_t>(cycle_ns));
   if (stream.budget_ns > 0 && cycle_ns > stream.budget_ns) stream.cycles.over_budget.add();

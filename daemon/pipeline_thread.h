@@ -19,8 +19,8 @@
 
 namespace risorius {
 
-/// What the work on one frame took, from the moment it was taken up. A cycle is all of it, learning included; its
-/// budget is the time between two frames.
+/// What the work on one frame or set took, from the moment it was taken up. A cycle is all of it, learning included;
+/// its budget is the time between two frames.
 struct CycleCounters {
   Counter longest_clean_ns, longest_solve_ns, longest_cycle_ns;
   Counter over_budget;
@@ -104,6 +104,7 @@ class PipelineThread {
   void run() noexcept;
   void work_on(const AdmittedItem& item);
   void work_on_frame(PipelineStream& stream, const AdmittedItem& item) noexcept;
+  void note_cycle(PipelineStream& stream) const noexcept;
   void map_shapes(PipelineStream& stream, const AdmittedItem& item) noexcept;
   void hand_on_solved(PipelineStream& stream, std::uint32_t stream_id) noexcept;
   void hand_on_frame(PipelineStream& stream, std::uint32_t stream_id) noexcept;

@@ -51,7 +51,8 @@ nlohmann::json Service::capture_neutral(const nlohmann::json& request) {
 
 nlohmann::json Service::go_to(const nlohmann::json& request) {
   const std::uint32_t i = stream_of(request);
-  const LiveTargetRequest asked = live_target_of(request, streams_[i].stages.rig().au_names());
+  // The pipeline thread's own rig is not ours to read: a live neutral replaces it.
+  const LiveTargetRequest asked = live_target_of(request, streams_[i].actor()->rig.au_names());
   shown_->go_to(i, asked.target);
   look_for_silence();
   return {{"ok", true}, {"stream", inputs_[i].name()}, {"seconds", asked.target.seconds}, {"masked", asked.masked}};

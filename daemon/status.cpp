@@ -94,6 +94,7 @@ nlohmann::json status_of_stream(const StreamInput& input, const PipelineStream& 
   json["reorder"]["restarts"] = reorder.restarts().value();
   json["admission"] = ledger_json(input.admission());
   json["admission"]["control_lost"] = input.control_lost().value();
+  json["admission"]["hasty_sets"] = input.hasty_sets().value();
   json["despike"] = ledger_json(stream.stages.despiker().ledger());
   json["despike"]["rejected"] = rejected_json(stream.stages.despiker());
   json["fill"] = ledger_json(stream.stages.filler().ledger());

@@ -139,9 +139,17 @@ bool StreamInput::use_set_of(const FrameHeader& header) {
   const auto set = sets_.find(header.set_id);
   if (set == sets_.end()) return false;  // the source hands on no frame of a set that it has not
   if (set->second == admitted_set_) return true;
+  // The same markers once more cost nothing.
+  const bool is_change = set->second->names != admitted_names_;
+  if (is_change && !set_changes_.take(header.receive_time_ns)) {
+    hasty_sets_.add();
+    return false;
+  }
   watchdog_.use_rate(set->second->rate_hz);
   admitted_set_ = admit_control(AdmittedItem::Kind::kMarkerSet, set->second) ? set->second : nullptr;
-  return admitted_set_ != nullptr;
+  if (admitted_set_ == nullptr) return false;
+  if (is_change) admitted_names_ = set->second->names;
+  return true;
 }
 
 bool StreamInput::admit_control(AdmittedItem::Kind kind, const MarkerSet* set) {

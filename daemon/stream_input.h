@@ -12,6 +12,7 @@
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <vector>
 
 #include "capture/clock_sync.h"
 #include "capture/wire/reorder_window.h"
@@ -21,6 +22,7 @@
 #include "daemon/latency_histogram.h"
 #include "daemon/pipeline_items.h"
 #include "daemon/session_recorder.h"
+#include "daemon/set_change_allowance.h"
 #include "daemon/watchdog.h"
 
 namespace risorius {
@@ -48,6 +50,8 @@ class StreamInput {
   }
   const StageLedger& admission() const noexcept { return admission_; }
   const Counter& control_lost() const noexcept { return control_lost_; }
+  /// Frames dropped because their set came too soon after too many others.
+  const Counter& hasty_sets() const noexcept { return hasty_sets_; }
   /// "streaming", "stale" (silent for three frame times), else the state of the link. From any thread.
   std::string_view state() const noexcept;
   const Watchdog& watchdog() const noexcept { return watchdog_; }
@@ -96,10 +100,12 @@ class StreamInput {
   Counter recording_events_;
   std::unordered_map<std::uint32_t, const MarkerSet*> sets_;  ///< of this session, by id
   const MarkerSet* admitted_set_ = nullptr;                   ///< which the pipeline has now
+  std::vector<std::string> admitted_names_;                   ///< of the set that it had last
+  SetChangeAllowance set_changes_;
   SourceEvent event_;
   AdmittedItem item_;
   StageLedger admission_;
-  Counter control_lost_;
+  Counter control_lost_, hasty_sets_;
 };
 
 }  // namespace risorius

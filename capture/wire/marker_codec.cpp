@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "capture/check.h"
+#include "capture/plausible_position.h"
 #include "capture/utf8.h"
 #include "capture/wire/byte_io.h"
 #include "capture/wire/crc32c.h"
@@ -188,7 +189,7 @@ std::size_t place_markers(const MarkerFramePart& part, double mm_per_unit, const
     const float y = to_mm(positions.read<float>());
     const float z = to_mm(positions.read<float>());
     const bool valid = ((part.valid_bits[i / 8] >> (i % 8)) & std::byte{1}) != std::byte{0};
-    const bool finite = std::isfinite(x) && std::isfinite(y) && std::isfinite(z);
+    const bool finite = is_plausible_position(x, y, z);
     const std::size_t marker = part.first + i;
     frame.state[marker] = valid && finite ? MarkerState::kMeasured : MarkerState::kMissing;
     frame.reason[marker] = valid && !finite ? RejectReason::kNotFinite : RejectReason::kNone;

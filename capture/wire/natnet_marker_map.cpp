@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "capture/plausible_position.h"
 #include "capture/wire/tracker_names.h"
 
 namespace risorius {
@@ -22,7 +23,7 @@ void place_one(MarkerFrame& frame, std::size_t i, const std::array<float, 3>& p,
   // Rounded to float once.
   const auto mm = [mm_per_unit](float value) { return static_cast<float>(mm_per_unit * static_cast<double>(value)); };
   const float x = mm(p[0]), y = mm(p[1]), z = mm(p[2]);
-  if (!std::isfinite(x) || !std::isfinite(y) || !std::isfinite(z)) {
+  if (!is_plausible_position(x, y, z)) {
     frame.reason[i] = RejectReason::kNotFinite;
     ++not_finite;
     return;

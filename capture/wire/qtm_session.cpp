@@ -184,10 +184,12 @@ std::optional<QtmRefusal> QtmSession::update_set() {
   if (!settings.labels || settings.labels->empty()) return {};
   // What has come of a frame was placed by the old labels.
   finish_pending();
+  set_refusal_.reset();
   labels_ = settings.labels->size();
   labelled_.clear();
   TrackerNames names;
-  for (std::size_t i = 0; i < labels_; ++i) {
+  // One more than there may be is refused, however many there are.
+  for (std::size_t i = 0; i < labels_ && names.size() <= kMaxMarkers; ++i) {
     const std::string& label = (*settings.labels)[i];
     if (!label.starts_with(label_prefix_)) continue;
     labelled_.push_back(i);
@@ -200,17 +202,20 @@ std::optional<QtmRefusal> QtmSession::update_set() {
   switch (describe(
       {.names = names.take(), .rate_hz = settings.frequency_hz.value_or(0), .axes = qtm_axes(settings.axis_upwards)})) {
     case Described::kTooManyMarkers:
-      return QtmRefusal::kTooManyMarkers;
+      set_refusal_ = QtmRefusal::kTooManyMarkers;
+      break;
     case Described::kTooManySets:
-      return QtmRefusal::kTooManySets;
+      set_refusal_ = QtmRefusal::kTooManySets;
+      break;
     default:
-      return {};
+      break;
   }
+  return set_refusal_;
 }
 
 std::optional<QtmRefusal> QtmSession::refusal_of(const QtmData& data) const noexcept {
   constexpr auto kLastMicrosecond = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max() / 1000);
-  if (set() == nullptr) return QtmRefusal::kNoLabels;
+  if (set() == nullptr) return set_refusal_.value_or(QtmRefusal::kNoLabels);
   if (data.labelled && data.labelled->count != labels_) return QtmRefusal::kCountMismatch;
   if (data.timestamp_us > kLastMicrosecond) return QtmRefusal::kBadTime;
   return {};

@@ -95,8 +95,9 @@ class QtmSession : public TrackerSession {
   Pending pending_;
   std::uint8_t expected_parts_ = 0;
   std::string label_prefix_;
-  std::size_t labels_ = 0;             ///< that a frame has
-  std::vector<std::size_t> labelled_;  ///< of each marker of the set, its place among the labels
+  std::size_t labels_ = 0;                 ///< that a frame has
+  std::optional<QtmRefusal> set_refusal_;  ///< why the labels that came last are no set
+  std::vector<std::size_t> labelled_;      ///< of each marker of the set, its place among the labels
   bool any_finished_ = false;
   std::uint32_t finished_frame_ = 0;  ///< the last one
 };

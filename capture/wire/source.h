@@ -44,7 +44,7 @@ struct SourceCounters {
   /// received: one of its parts was accepted; dropped: incomplete. A frame refused with its datagrams is not in here.
   StageLedger frames;
   Counter incomplete_frames;   ///< given up because a part was lost
-  Counter not_finite_markers;  ///< flagged valid, but no position; handed on as missing
+  Counter not_finite_markers;  ///< flagged valid, but no number or more than a kilometre away; handed on as missing
   Counter sessions;
   Counter sets_changed;
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "capture/errors.h"
+#include "capture/plausible_position.h"
 
 namespace risorius {
 namespace {
@@ -68,7 +69,7 @@ void TrackerSession::place(MarkerFrame& frame, std::size_t marker, double x, dou
   // A product with 1 is exact, so that millimetres pass bit for bit.
   const auto to_mm = [this](double value) { return static_cast<float>(set_->mm_per_unit * value); };
   const Position source{to_mm(x), to_mm(y), to_mm(z)};
-  if (!std::isfinite(source.x) || !std::isfinite(source.y) || !std::isfinite(source.z)) {
+  if (!is_plausible_position(source.x, source.y, source.z)) {
     frame.reason[marker] = RejectReason::kNotFinite;
     counters_.not_finite_markers.add();
     return;

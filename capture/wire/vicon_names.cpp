@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "capture/frames.h"
 #include "capture/wire/tracker_names.h"
 
 namespace risorius {
@@ -34,6 +35,7 @@ ViconNames::Outcome ViconNames::describe(std::span<const std::span<const std::by
   const bool several = wanted_.empty() && decoded.size() > 1;
   for (const ViconSubject& subject : decoded) {
     for (const ViconMarkerName& marker : subject.markers) {
+      if (names.size() > kMaxMarkers) break;  // too many, however many there are
       // The first of a duplicate wins.
       if (!index_.emplace(key_of(subject.id, marker.id), names.size()).second) continue;
       names.add(several ? subject.name + ":" + marker.name : marker.name);
@@ -41,6 +43,12 @@ ViconNames::Outcome ViconNames::describe(std::span<const std::span<const std::by
   }
   names_ = names.take();
   return Outcome::kChanged;
+}
+
+void ViconNames::forget() noexcept {
+  described_.clear();
+  names_.clear();
+  index_.clear();
 }
 
 std::optional<std::size_t> ViconNames::find(std::uint32_t subject, std::uint32_t marker) const noexcept {

@@ -23,6 +23,9 @@ class ViconNames {
   /// The bodies of all SubjectInfo objects of one packet, at least one. kBad: malformed, nothing has changed.
   Outcome describe(std::span<const std::span<const std::byte>> subjects);
 
+  /// Another server may describe others.
+  void forget() noexcept;
+
   const std::vector<std::string>& names() const noexcept { return names_; }
   std::optional<std::size_t> find(std::uint32_t subject, std::uint32_t marker) const noexcept;
 

@@ -61,7 +61,12 @@ ViconSession::ViconSession(const ViconSessionOptions& options)
 void ViconSession::connected(std::int64_t now_ns) {
   begin_connection();
   connected_ns_ = heard_ns_ = ping_sent_ns_ = now_ns;
-  greeted_ = ping_answered_ = have_records_ = false;
+  greeted_ = ping_answered_ = have_records_ = y_up_ = false;
+  // What was behind this address before may have been another server, or scene.
+  names_.forget();
+  forget_set();
+  set_refusal_.reset();
+  period_ = 0;
   last_frame_.reset();
   asked_ids_.clear();
   counters().link = LinkState::kWaiting;
@@ -162,18 +167,22 @@ std::optional<ViconRefusal> ViconSession::update_set(const Contents& contents) {
   y_up_ = y_up;
   if (!changed) return {};
   have_records_ = false;
+  set_refusal_.reset();
   if (names_.names().empty()) {
     forget_set();
     return {};
   }
   switch (describe({.names = names_.names(), .rate_hz = rate_hz(), .axes = *Axes::parse(y_up_ ? "FUR" : "FLU")})) {
     case Described::kTooManyMarkers:
-      return ViconRefusal::kTooManyMarkers;
+      set_refusal_ = ViconRefusal::kTooManyMarkers;
+      break;
     case Described::kTooManySets:
-      return ViconRefusal::kTooManySets;
+      set_refusal_ = ViconRefusal::kTooManySets;
+      break;
     default:
-      return {};
+      break;
   }
+  return set_refusal_;
 }
 
 double ViconSession::rate_hz() const noexcept {
@@ -208,7 +217,7 @@ void ViconSession::take_frame(const Contents& contents, std::int64_t time_ns) {
   const bool as_before = !contents.labelled &&
                          contents.unchanged.contains(static_cast<std::uint32_t>(ViconId::kLabeledRecons)) &&
                          have_records_;
-  if (set() == nullptr) return counters().refuse(ViconRefusal::kNoNames);
+  if (set() == nullptr) return counters().refuse(set_refusal_.value_or(ViconRefusal::kNoNames));
   if (!contents.labelled && !as_before) return counters().refuse(ViconRefusal::kNoMarkers);
   if (last_frame_ == contents.frame) {
     counters().datagrams.dropped.add();

@@ -95,6 +95,7 @@ class ViconSession : public TrackerSession {
 
   double assumed_rate_hz_;
   ViconNames names_;
+  std::optional<ViconRefusal> set_refusal_;  ///< why the subjects that were described last are no set
   ViconCounters vicon_;
   std::array<SourceExtra, 4> extras_;
   std::vector<std::span<const std::byte>> subjects_;  ///< of the packet being read

@@ -44,8 +44,11 @@ void SlipWatch::add(const SolvedFrame& frame) {
     const Position& p = frame.markers.position_mm[static_cast<std::size_t>(at)];
     seen_mm_[m] = {p.x, p.y, p.z};
   }
-  follow_stabilisers(step_s);
-  if (frame.aus.status == SolverStatus::kConverged) follow_neutral(frame, step_s);
+  // A frame without a pose is of something else than this face, and says nothing of where its markers stick.
+  if (frame.aus.status == SolverStatus::kConverged) {
+    follow_stabilisers(step_s);
+    follow_neutral(frame, step_s);
+  }
   if (history_.empty() || now_.time_s - history_.back().time_s >= kHistoryStep_s) history_.push_back(now_);
 }
 

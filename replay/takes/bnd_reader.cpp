@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "capture/errors.h"
+#include "capture/plausible_position.h"
 #include "replay/takes/csv_text.h"
 
 namespace risorius {

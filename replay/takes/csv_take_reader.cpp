@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "capture/errors.h"
+#include "capture/plausible_position.h"
 #include "replay/takes/csv_take.h"
 #include "replay/takes/take_names.h"
 

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "capture/errors.h"
+#include "capture/plausible_position.h"
 #include "replay/takes/csv_text.h"
 
 namespace risorius {

@@ -21,8 +21,6 @@ struct TakeInfo {
   std::vector<std::string> warnings;  ///< oddities of the file that were survived, one sentence each
 };
 
-/// The farthest from the origin that a coordinate of a text file is believed: 1 km.
-inline constexpr double kFarthestMm = 1e6;
 /// Beyond this many frames a leap of frame numbers is a wrong number, not a loss: a quarter of an hour at 120 Hz.
 inline constexpr std::uint64_t kLongestLeap = 108'000;
 

@@ -26,6 +26,16 @@ TEST(Notices, AChangeOfStateIsToldOnce) {
   EXPECT_NE(only_line(notices.update(status_of("stale", {}))).find("tracker"), std::string::npos);
 }
 
+TEST(Notices, AStreamThatHasEndedIsNoTrackerThatSendsNothing) {
+  Notices notices;
+  auto status = status_of("waiting", {});
+  status["streams"]["face"]["link"]["state"] = "streaming";
+  EXPECT_EQ(only_line(notices.update(status)), "face: waiting: the stream has ended; the next one is waited for");
+  Notices others;
+  status["streams"]["face"]["link"]["state"] = "waiting";
+  EXPECT_NE(only_line(others.update(status)).find("tracker"), std::string::npos);
+}
+
 TEST(Notices, FramesWithoutAusAreToldWithTheReasonMostOfThemHave) {
   Notices notices;
   EXPECT_EQ(notices.update(status_of("streaming", {{"converged", 100}, {"mirrored", 0}})).size(), 1u);

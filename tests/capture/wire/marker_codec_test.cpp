@@ -114,9 +114,10 @@ TEST(MarkerCodec, WritesTheSameBytes) {
 
 TEST(MarkerCodec, FramesComeBackBitForBit) {
   for (const std::size_t count : {1u, 7u, 8u, 9u, 116u, 117u, 118u, 234u, 235u, 256u}) {
-    MarkerFrame sent = marker_frame(1'000'000'007, count);
+    MarkerFrame sent = marker_frame(7, count);
+    sent.header.sequence = 1'000'000'007;
     sent.state[0] = MarkerState::kMeasured;
-    sent.position_mm[0] = {-0.0F, std::numeric_limits<float>::denorm_min(), std::numeric_limits<float>::max()};
+    sent.position_mm[0] = {-0.0F, std::numeric_limits<float>::denorm_min(), 1e6F};
     sent.header.timecode = {23, 59, 58, 23, 24, false};
     MarkerFrame received;
     received.header.set_id = sent.header.set_id;
@@ -153,8 +154,9 @@ TEST(MarkerCodec, SplitsLongSetsAndLosesNoName) {
 TEST(MarkerCodec, NumbersThatAreNotFiniteBecomeMissingAndAreCounted) {
   const float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
   MarkerFrame sent;
-  sent.count = 4;
+  sent.count = 5;
   sent.state.fill(MarkerState::kMeasured);
+  sent.position_mm[4] = {1, 1, 1001};  // a kilometre and a metre, in metres
   sent.position_mm[0] = {nan, 1, 1};
   sent.position_mm[1] = {1, 1, -infinity};
   sent.position_mm[2] = {1, 1e38F, 1};  // finite in metres, not in millimetres
@@ -163,8 +165,8 @@ TEST(MarkerCodec, NumbersThatAreNotFiniteBecomeMissingAndAreCounted) {
   const auto datagram = datagrams_of(sent).at(0);
   ASSERT_EQ(decode(datagram, message), DecodeError::kNone);
   MarkerFrame received;
-  EXPECT_EQ(place_markers(std::get<MarkerFramePart>(message), 1000, Axes(), received), 3u);
-  for (std::size_t i = 0; i < 3; ++i) {
+  EXPECT_EQ(place_markers(std::get<MarkerFramePart>(message), 1000, Axes(), received), 4u);
+  for (const std::size_t i : {0, 1, 2, 4}) {
     EXPECT_EQ(received.state[i], MarkerState::kMissing);
     EXPECT_EQ(received.reason[i], RejectReason::kNotFinite);
     EXPECT_EQ(received.position_mm[i], Position{});

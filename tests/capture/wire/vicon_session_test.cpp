@@ -237,6 +237,16 @@ TEST(ViconSession, MoreMarkersThanAFrameHoldsAreARefusalOfTheirOwn) {
   EXPECT_EQ(kinds_of(talk.hear(Frame{.number = 1, .subjects = {many}})), "");
   EXPECT_EQ(talk.session.counters().of(ViconRefusal::kTooManyMarkers), 1u);
   EXPECT_EQ(talk.session.counters().of(ViconRefusal::kBadNames), 0u);
+  // The same subjects come with every frame.
+  talk.hear(Frame{.number = 2, .subjects = {many}});
+  EXPECT_EQ(talk.session.counters().of(ViconRefusal::kTooManyMarkers), 2u);
+  EXPECT_EQ(talk.session.counters().of(ViconRefusal::kNoNames), 0u);
+  // Of the same name 100,000 times (which took minutes to tell apart) no more is read than it takes to refuse them.
+  ViconSubject alike{.id = 7, .name = "face", .markers = {}};
+  for (std::uint32_t i = 0; i < 100'000; ++i) alike.markers.push_back({i, "a"});
+  talk.hear(Frame{.number = 3, .subjects = {alike}});
+  EXPECT_EQ(talk.session.counters().of(ViconRefusal::kTooManyMarkers), 3u);
+  EXPECT_EQ(kinds_of(talk.hear(Frame{.number = 4})), "NSF");
 }
 
 TEST(ViconSession, APeriodOfNoRateIsNotStated) {
@@ -394,6 +404,23 @@ TEST(ViconSession, EndsTheStreamWithTheConnection) {
   talk.session.disconnected();
   EXPECT_EQ(kinds_of(talk.session), "E");
   EXPECT_EQ(talk.session.counters().link, LinkState::kLost);
+}
+
+TEST(ViconSession, WhatIsConnectedToAnewMustNameItsMarkersItself) {
+  Talk talk;
+  talk.hear(greeting());
+  talk.hear(Frame{.number = 1});
+  talk.session.disconnected();
+  events_of(talk.session);
+  talk.session.connected(talk.now_ns);
+  talk.hear(greeting());
+  EXPECT_EQ(kinds_of(talk.hear(Frame{.number = 1, .subjects = {}})), "");
+  EXPECT_EQ(talk.session.counters().of(ViconRefusal::kNoNames), 1u);
+  // The ids of before, and other names.
+  const ViconSubject other{.id = 7, .name = "face", .markers = {{10, "nose"}, {11, "chin"}}};
+  const auto events = talk.hear(Frame{.number = 2, .subjects = {other}});
+  ASSERT_EQ(kinds_of(events), "NSF");
+  EXPECT_EQ(events[1].set->names, (std::vector<std::string>{"nose", "chin"}));
 }
 
 Bytes whole_conversation() {

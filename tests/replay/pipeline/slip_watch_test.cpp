@@ -54,6 +54,21 @@ TEST(SlipWatch, NamesAStabiliserThatCameOff) {
   EXPECT_GT(watch.slips()[0].moved_mm, 1.5);
 }
 
+TEST(SlipWatch, FramesWithoutAPoseTellOfNoSlip) {
+  const Rig rig = builtin_rig();
+  SlipWatch watch(rig, set_of(rig));
+  const std::size_t loose = first_stabiliser(rig);
+  for (int t = 0; t < 900; ++t) {
+    SolvedFrame frame = rest(rig, t);
+    if (t >= 300 && t < 400) {
+      frame.markers.position_mm[loose].y += 1e6F;
+      frame.aus.status = SolverStatus::kTooFewMarkers;
+    }
+    watch.add(frame);
+  }
+  EXPECT_TRUE(watch.slips().empty());
+}
+
 TEST(SlipWatch, TakesAnExpressionForNoSlip) {
   const Rig rig = builtin_rig();
   SlipWatch watch(rig, set_of(rig));
