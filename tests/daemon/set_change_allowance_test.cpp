@@ -13,7 +13,7 @@ TEST(SetChangeAllowance, ManyAtOnceThenTwoASecond) {
   for (int k = 0; k < SetChangeAllowance::kAtOnce; ++k) EXPECT_TRUE(allowance.take(now_ns)) << k;
   EXPECT_FALSE(allowance.take(now_ns));
   int taken = 0;
-  for (int k = 0; k < 600; ++k) taken += allowance.take(now_ns += kSecond / 60);
+  for (int k = 0; k < 601; ++k) taken += allowance.take(now_ns += kSecond / 60);
   EXPECT_EQ(taken, 20);
 }
 
