@@ -27,7 +27,7 @@ void verify(const std::string& path) {
   const bool is_recovered = !verdict.recovered_of.empty() || !verdict.missing_in_recovered.empty();
   fmt::print("{} ticks, {} missing; the file is {}\n", verdict.ticks, verdict.missing_ticks,
              !verdict.whole ? "not whole: risorius info"
-             : is_recovered ? "recovered of " + shown(verdict.recovered_of)
+             : is_recovered ? "recovered from " + shown(verdict.recovered_of)
                             : "whole");
   for (const std::string& line : verdict.missing_in_recovered) fmt::print("missing: {}\n", shown(line, 400));
   if (verdict.different() > 0) {

@@ -76,7 +76,7 @@ void copy_all(const std::filesystem::path& input, Copy& copy, RecoveredSession& 
                     fmt::format("there is nothing to recover: in its {} bytes there is no message and no description "
                                 "that can be read",
                                 file.size()),
-                    "is it the right file, and all of it? ls -l, and the recorder's own disk");
+                    "is it the right file, and was all of it copied?");
   }
 }
 
