@@ -9,6 +9,7 @@
 #include "capture/errors.h"
 #include "capture/marker_set.h"
 #include "capture/wire/live_link_codec.h"
+#include "daemon/address_clashes.h"
 #include "daemon/source_address.h"
 
 namespace risorius {
@@ -112,17 +113,11 @@ void refuse_foreign_keys(const SourceConfig& source, const std::string& place, C
   check(SourceKind::kLiveLink, "livelink_rate_hz", &S::livelink_rate_hz);
 }
 
-void refuse_shared_names_and_ports(const Config& config, ConfigProblems& problems) {
-  std::set<std::string> names, addresses;
+void refuse_shared_names(const Config& config, ConfigProblems& problems) {
+  std::set<std::string> names;
   for (const auto& source : config.sources) {
     if (!names.insert(source.name).second)
       problems.add("source.name", "two sources are called \"" + source.name + "\"", "give each its own name");
-    const bool any_port = source.listen.ends_with(":0");
-    // Two subjects of one server are two connections.
-    const bool connects = source.listen.starts_with("vicon://") || source.listen.starts_with("qtm://");
-    if (!any_port && !connects && !addresses.insert(source.listen).second) {
-      problems.add("source.listen", "two sources listen on " + source.listen, "give each its own port");
-    }
   }
 }
 
@@ -168,13 +163,9 @@ void check_config(const Config& config, ConfigProblems& problems) {
     check_source(config.sources[i], place, problems);
     refuse_foreign_keys(config.sources[i], place, problems);
   }
-  refuse_shared_names_and_ports(config, problems);
+  refuse_shared_names(config, problems);
+  refuse_address_clashes(config, problems);
   check_record(config, problems);
-  const bool any_port = config.output.publish.ends_with(":*") || config.output.publish.ends_with(":0");
-  if (!any_port && config.output.publish == config.output.control) {
-    problems.add("output.control", "is the address of publish, too: " + config.output.control,
-                 "give each an address of its own");
-  }
 }
 
 }  // namespace risorius

@@ -59,6 +59,10 @@ constexpr auto kStreamCounters = std::to_array<CounterRow>({
     {"frames.assembled", kLedger, "frames", "put together from datagrams", ""},
     {"frames.incomplete", kLoss, "frames", "given up because a part of them was lost", "the network loses datagrams"},
     {"frames.lost", kLoss, "frames", "that never came, by their sequence numbers", "the network, or the sender"},
+    {"frames.time_stands", kCount, "frames",
+     "whose capture time is not after that of the one before; solved, published and recorded in the order of their "
+     "numbers",
+     "capture_time_ns must grow from frame to frame: is the sender's clock set, does it state its frames' times?"},
     {"frames.sessions", kCount, "", "runs of the sender", "it restarts"},
     {"frames.sets", kCount, "", "marker sets described", ""},
     {"reorder", kLedger, "frames", "of the window that puts them in order", ""},

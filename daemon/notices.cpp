@@ -136,6 +136,14 @@ void Notices::update_stream(const std::string& name, const nlohmann::json& strea
                                   slip.at("last").get<std::string>()));
     }
   }
+  const nlohmann::json::json_pointer time_stands("/frames/time_stands");
+  if (!before.time_stood && stream.contains(time_stands) && stream.at(time_stands) > 0) {
+    before.time_stood = true;
+    lines.push_back(fmt::format(
+        "{}: capture time does not advance: seconds, episodes and fills of these frames are in doubt; let the sender "
+        "give each frame the time of its exposure in capture_time_ns, growing from frame to frame",
+        name));
+  }
   add_refusals(name, stream, told_, lines);
   add_losses(name, stream, stream_counters(), told_, lines);
 }

@@ -21,6 +21,7 @@ class Notices {
     std::string state, rig_problem, absent_markers, unsolved;
     std::map<std::string, std::uint64_t> by_status;
     std::uint64_t neutral_captures = 0, neutral_failures = 0, slips = 0;
+    bool time_stood = false;
   };
 
   void update_stream(const std::string& name, const nlohmann::json& stream, std::vector<std::string>& lines);

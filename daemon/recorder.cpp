@@ -9,6 +9,11 @@
 #include "replay/dataset/dataset_folder.h"
 
 namespace risorius {
+namespace {
+
+constexpr std::int64_t kShortestTakeNs = 1'000'000'000;  // between two that begin because the capture time goes back
+
+}  // namespace
 
 Recorder::Recorder(Options options, Channel<OutputItem>& results)
     : options_(std::move(options)), results_(results), states_(options_.streams.size()) {
@@ -92,7 +97,7 @@ void Recorder::record_frame(StreamState& state, const OutputItem& item) noexcept
     return;
   }
   try {
-    if (state.take && !state.take->continues_with(frame.markers)) finish_take(state);
+    if (state.take && begins_take(state, frame.markers)) finish_take(state);
     ++state.frames;  // first: a take that cannot be begun has lost this frame
     if (item.neutral != state.neutral) take_neutral(state, item);
     if (!state.take) begin_take(state, options_.streams[item.stream_id]);
@@ -100,6 +105,16 @@ void Recorder::record_frame(StreamState& state, const OutputItem& item) noexcept
   } catch (const std::exception& error) {
     give_up_take(state, error.what());
   }
+}
+
+/// A sender whose time leaps to and fro begins at most one take a second by that; one whose time stands, none.
+bool Recorder::begins_take(StreamState& state, const MarkerFrame& frame) noexcept {
+  if (!state.take->continues_with(frame)) return true;
+  if (!state.take->time_goes_back(frame)) return false;
+  const std::int64_t now_ns = frame.header.receive_time_ns;
+  if (state.went_back_ns != INT64_MIN && difference_ns(now_ns, state.went_back_ns) < kShortestTakeNs) return false;
+  state.went_back_ns = now_ns;
+  return true;
 }
 
 /// This thread may lag: the rig is the one that the frame was solved with, not the newest.

@@ -58,15 +58,17 @@ class Recorder {
     const MarkerSet* markers = nullptr;
     std::unique_ptr<TakeDataset> take;
     int takes = 0;
-    std::uint64_t frames = 0;   ///< in the take
-    std::uint64_t neutral = 0;  ///< that the stream's rig has
-    bool failed = false;        ///< until the next take
+    std::uint64_t frames = 0;               ///< in the take
+    std::uint64_t neutral = 0;              ///< that the stream's rig has
+    std::int64_t went_back_ns = INT64_MIN;  ///< receive time of the frame whose time began a take by going back
+    bool failed = false;                    ///< until the next take
     bool tracker_records = false;
     std::string tracker_recording;  ///< the tracker's name for it
   };
   void run() noexcept;
   void record(const OutputItem& item) noexcept;
   void record_frame(StreamState& state, const OutputItem& item) noexcept;
+  static bool begins_take(StreamState& state, const MarkerFrame& frame) noexcept;
   void take_neutral(StreamState& state, const OutputItem& item);
   void begin_take(StreamState& state, const Stream& stream);
   void finish_take(StreamState& state) noexcept;

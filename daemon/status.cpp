@@ -83,11 +83,9 @@ nlohmann::json status_of_stream(const StreamInput& input, const PipelineStream& 
   json["tracker"] = nlohmann::json::object();
   for (const SourceExtra& extra : source.extras) json["tracker"][std::string(extra.name)] = extra.counter->value();
   json["datagrams"] = datagrams_json(source);
-  json["frames"] = {{"assembled", ledger_json(source.frames)},
-                    {"incomplete", source.incomplete_frames.value()},
-                    {"lost", reorder.lost().value()},
-                    {"sessions", source.sessions.value()},
-                    {"sets", source.sets_changed.value()}};
+  json["frames"] = {{"assembled", ledger_json(source.frames)}, {"incomplete", source.incomplete_frames.value()},
+                    {"lost", reorder.lost().value()},          {"time_stands", input.time_stands().value()},
+                    {"sessions", source.sessions.value()},     {"sets", source.sets_changed.value()}};
   json["reorder"] = ledger_json(reorder.ledger());
   json["reorder"]["duplicates"] = reorder.duplicates().value();
   json["reorder"]["late"] = reorder.late().value();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "capture/monotonic_clock.h"
 #include "daemon/make_source.h"
@@ -113,7 +114,17 @@ void StreamInput::admit_ordered(AdmittedItem::Kind kind, const FrameHeader& head
   item_.stream_id = stream_id_;
   const bool admitted = has_set && admitted_.send_frame(item_);
   (admitted ? admission_.emitted : admission_.dropped).add();
-  if (admitted) note_admitted();
+  if (!admitted) return;
+  note_time(header);
+  note_admitted();
+}
+
+/// Where the sequence goes back a new run begins, whose clock may be another.
+void StreamInput::note_time(const FrameHeader& header) noexcept {
+  const bool goes_on = std::exchange(has_last_, true) && header.sequence > last_sequence_;
+  if (goes_on && header.capture_time_ns <= last_capture_ns_) time_stands_.add();
+  last_sequence_ = header.sequence;
+  last_capture_ns_ = header.capture_time_ns;
 }
 
 /// After the item is on its way.
@@ -171,7 +182,7 @@ void StreamInput::end_stream() {
 
 void StreamInput::admit_end() {
   if (stream_open_) admit_control(AdmittedItem::Kind::kEndOfStream, nullptr);
-  stream_open_ = false;
+  stream_open_ = has_last_ = false;
   watchdog_.stream_ended();
 }
 

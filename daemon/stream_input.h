@@ -58,6 +58,8 @@ class StreamInput {
   const ClockSync& clock() const noexcept { return clock_; }
   /// From the tracker's exposure, by its clock, to our receive call. With arrivals alone: above the shortest one.
   const LatencyHistogram& exposure_to_received() const noexcept { return exposure_to_received_; }
+  /// Admitted frames whose capture time is not after that of the one before.
+  const Counter& time_stands() const noexcept { return time_stands_; }
   /// Starts and stops of the tracker's own recording.
   const Counter& recording_events() const noexcept { return recording_events_; }
 
@@ -72,6 +74,7 @@ class StreamInput {
   bool use_set_of(const FrameHeader& header);
   bool admit_control(AdmittedItem::Kind kind, const MarkerSet* set);
   void note_admitted() noexcept;
+  void note_time(const FrameHeader& header) noexcept;
   void end_stream();
   void admit_end();
   void arm_tick();
@@ -105,7 +108,10 @@ class StreamInput {
   SourceEvent event_;
   AdmittedItem item_;
   StageLedger admission_;
-  Counter control_lost_, hasty_sets_;
+  Counter control_lost_, hasty_sets_, time_stands_;
+  bool has_last_ = false;
+  std::uint64_t last_sequence_ = 0;  ///< of the frame admitted last in this stream, if there is one
+  std::int64_t last_capture_ns_ = 0;
 };
 
 }  // namespace risorius

@@ -8,6 +8,7 @@
 
 #include "capture/errors.h"
 #include "replay/commands/commands.h"
+#include "replay/commands/rig_fit_arguments.h"
 #include "replay/commands/take_arguments.h"
 #include "replay/pipeline/actor.h"
 #include "replay/pipeline/rig_neutral.h"
@@ -41,6 +42,7 @@ void add_neutral(const ActorArguments& arguments) {
   const auto take = open_take_or_builtin(place.range.path.string(), arguments.take.options());
   print_warnings(*take);
   const ChosenNeutral chosen = read_neutral(*take, place);
+  print_warnings(chosen, place, arguments.neutral);
   const RenewedRig renewed = with_neutral(rig_of_actor(actor), chosen.neutral, chosen.place);
   ActorNeutral neutral{.date = today(), .place = chosen.place, .position_mm = {}};
   for (std::size_t m = 0; m < actor.rig.marker_count(); ++m) {

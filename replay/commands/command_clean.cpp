@@ -18,6 +18,7 @@ struct CleanCommand {
 
 void clean(CleanCommand& command) {
   check_outputs({path_of_take(command.clean.take)}, {command.output});
+  check_take_output(command.output);
   MarkerSet set;
   const CleanedTake cleaned = command.clean.run(set);
   const auto output = make_take_writer(command.output, set);

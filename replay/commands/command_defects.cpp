@@ -48,6 +48,7 @@ Eigen::Matrix3Xd first_positions(TakeReader& take) {
 
 void spoil(const DefectArguments& arguments) {
   check_outputs({path_of_take(arguments.take)}, {arguments.output, arguments.truth});
+  check_take_output(arguments.output);
   const auto take = open_take_or_builtin(arguments.take, arguments.take_arguments.options());
   print_warnings(*take);
   MarkerSet set = take->info().markers;

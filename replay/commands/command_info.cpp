@@ -23,6 +23,17 @@ std::string rig_name(const StreamFacts& stream) {
                                                                                : "no rig that can be read";
 }
 
+std::optional<MessageTimes> times_of(const SessionReader& reader) {
+  std::optional<MessageTimes> times;
+  for (const auto& [name, topic] : reader.topics()) {
+    if (topic.messages == 0) continue;
+    if (!times) times = {topic.first_ns, topic.last_ns};
+    times->first_ns = std::min(times->first_ns, topic.first_ns);
+    times->last_ns = std::max(times->last_ns, topic.last_ns);
+  }
+  return times;
+}
+
 void print_head(const SessionReader& reader) {
   fmt::print("{}: {} bytes, {}\n", reader.file().path().string(), reader.bytes(),
              !reader.file().whole()              ? "torn: without its end"
@@ -69,7 +80,8 @@ void info(const std::string& path, bool print_config) {
   print_head(reader);
   print_topics(reader);
   const McapReader& file = reader.file();
-  for (const std::string& line : damage_lines(file.damages(), file.damage_count(), file.damaged_bytes()))
+  for (const std::string& line :
+       damage_lines(file.damages(), file.damage_count(), file.damaged_bytes(), times_of(reader)))
     fmt::print("damaged: {}\n", line);
   print_texts("recovered", reader.recovery());
   print_texts("report of the recorder", reader.report());

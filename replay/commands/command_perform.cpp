@@ -98,6 +98,7 @@ void check_files(const PerformArguments& arguments) {
     outputs.insert(outputs.end(), truth.begin(), truth.end());
   }
   check_outputs({arguments.rig, arguments.au, arguments.arkit_table}, outputs);
+  check_take_output(arguments.output);
 }
 
 void perform(const PerformArguments& arguments) {

@@ -19,7 +19,9 @@ void recover(const std::string& input, const std::string& chosen) {
   const RecoveredSession session =
       recover_session(input, output, [&progress](std::uint64_t done, std::uint64_t of) { progress.show(done, of); });
   progress.finish(std::filesystem::file_size(input));
-  fmt::print("{} messages, {} to {}\n", session.messages, utc_text(session.first_ns), utc_text(session.last_ns));
+  fmt::print("{} messages", session.messages);
+  if (session.messages > 0) fmt::print(", {} to {}", utc_text(session.first_ns), utc_text(session.last_ns));
+  fmt::print("\n");
   const auto missing = missing_times(session);
   for (const std::string& line : missing) fmt::print("missing: {}\n", line);
   if (missing.empty()) fmt::print("nothing is missing\n");

@@ -70,6 +70,7 @@ void generate(const TransitionArguments& arguments) {
   for (std::int64_t variant = 0; variant < arguments.variants; ++variant)
     outputs.push_back(variant_path(arguments, variant));
   check_outputs({arguments.from, arguments.to}, outputs);
+  check_output_name(arguments.output, "an AU series", {".csv"});
   const TransitionEnds ends = transition_ends(arguments.from, arguments.to, rig_of_argument(arguments.rig).au_names());
   if (ends.names.size() > kMaxAus)
     throw UserError(arguments.from, fmt::format("{} AUs", ends.names.size()), fmt::format("at most {}", kMaxAus));

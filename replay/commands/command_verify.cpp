@@ -24,8 +24,12 @@ void verify(const std::string& path) {
                topic.not_recorded, topic.not_solved);
     if (topic.first_different_sequence) fmt::print("  first different: frame {}\n", *topic.first_different_sequence);
   }
+  const bool is_recovered = !verdict.recovered_of.empty() || !verdict.missing_in_recovered.empty();
   fmt::print("{} ticks, {} missing; the file is {}\n", verdict.ticks, verdict.missing_ticks,
-             verdict.whole ? "whole" : "not whole: risorius info");
+             !verdict.whole ? "not whole: risorius info"
+             : is_recovered ? "recovered from " + shown(verdict.recovered_of)
+                            : "whole");
+  for (const std::string& line : verdict.missing_in_recovered) fmt::print("missing: {}\n", shown(line, 400));
   if (verdict.different() > 0) {
     throw UserError(path, fmt::format("{} messages differ from what was recorded", verdict.different()),
                     verdict.missing_ticks > 0 ? "Ticks are missing in it, and stages remember"
@@ -37,7 +41,7 @@ void verify(const std::string& path) {
                     verdict.not_solved() > 0 ? "the Ticks of its AUs, or those of their marker sets, are missing"
                                              : "no AUs were recorded");
   }
-  fmt::print("equal bit for bit\n");
+  fmt::print("equal bit for bit{}\n", verdict.missing_in_recovered.empty() ? "" : ", all but what is missing");
 }
 
 }  // namespace

@@ -1,5 +1,12 @@
 #include "replay/commands/output_check.h"
 
+#include <algorithm>
+#include <cerrno>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <system_error>
+#include <unistd.h>
+
 #include "capture/errors.h"
 #include "replay/dataset/manifest.h"
 
@@ -29,6 +36,23 @@ void check_outputs(const std::vector<std::filesystem::path>& inputs,
       throw UserError(outputs[i].string(), "is to be written twice", "give each output a name of its own");
     }
   }
+}
+
+void check_output_name(const std::filesystem::path& path, const std::string& what,
+                       const std::vector<std::string>& endings) {
+  const std::string remedy = fmt::format("give a name that ends with {}", fmt::join(endings, " or "));
+  if (path.empty()) throw UserError("--output", "is empty", remedy);
+  if (std::ranges::find(endings, path.extension().string()) == endings.end())
+    throw UserError(path.string(), what + " cannot be written in this form", remedy);
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error)) throw UserError(path.string(), "is a folder", remedy);
+  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
+  if (!std::filesystem::is_directory(folder, error))
+    throw UserError(path.string(), "cannot be written: there is no folder " + folder.string(),
+                    "make it, or choose another");
+  if (::access(folder.c_str(), W_OK | X_OK) != 0)
+    throw UserError(path.string(), "cannot be written: " + std::generic_category().message(errno),
+                    "choose a folder that you may write into");
 }
 
 void check_not_sealed(const std::filesystem::path& folder) {

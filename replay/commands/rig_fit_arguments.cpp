@@ -7,7 +7,6 @@
 #include "capture/errors.h"
 #include "replay/commands/face_argument.h"
 #include "replay/commands/output_check.h"
-#include "replay/pipeline/rig_neutral.h"
 #include "solve/faces/landmark_map.h"
 
 namespace risorius {
@@ -42,18 +41,7 @@ RigFitResult RigFitArguments::fit() const {
   const Neutral& positions = chosen.neutral;
   if (place.is_auto)
     fmt::print("neutral: {} (look at it: risorius neutral {})\n", chosen.place, place.range.path.string());
-  if (positions.frame_count < kFewFrames) {
-    fmt::print(
-        stderr,
-        "{}: warning: a neutral of {} frame{} carries the noise of single frames into every AU; give {} or more\n",
-        neutral, positions.frame_count, positions.frame_count == 1 ? "" : "s", kFewFrames);
-  }
-  if (positions.motion_rms_mm > kDoubtedMotionMm) {
-    fmt::print(stderr,
-               "{}: warning: the face moves by {:.2f} mm rms in this neutral (at rest: below 0.5); risorius neutral {} "
-               "shows stiller stretches\n",
-               chosen.place, positions.motion_rms_mm, place.range.path.string());
-  }
+  print_warnings(chosen, place, neutral);
   RigFitResult result = fit_rig(face_of_argument(face), positions.marker_names, positions.position_mm, map);
   result.rig.name = name.empty() ? std::filesystem::path(output).stem().string() : name;
   result.rig.source =
@@ -61,6 +49,22 @@ RigFitResult RigFitArguments::fit() const {
                   std::filesystem::path(face).lexically_normal().filename().string(),
                   std::filesystem::path(chosen.place).filename().string(), positions.frame_count, map.name);
   return result;
+}
+
+void print_warnings(const ChosenNeutral& chosen, const NeutralPlace& place, const std::string& given) {
+  const Neutral& neutral = chosen.neutral;
+  if (neutral.frame_count < kFewFrames) {
+    fmt::print(
+        stderr,
+        "{}: warning: a neutral of {} frame{} carries the noise of single frames into every AU; give {} or more\n",
+        given, neutral.frame_count, neutral.frame_count == 1 ? "" : "s", kFewFrames);
+  }
+  if (neutral.motion_rms_mm > kDoubtedMotionMm) {
+    fmt::print(stderr,
+               "{}: warning: the face moves by {:.2f} mm rms in this neutral (at rest: below 0.5); risorius neutral {} "
+               "shows stiller stretches\n",
+               chosen.place, neutral.motion_rms_mm, place.range.path.string());
+  }
 }
 
 void print_warnings(const RigFitResult& fit) {

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "replay/commands/take_arguments.h"
+#include "replay/pipeline/rig_neutral.h"
 #include "solve/faces/rig_fit.h"
 
 namespace risorius {
@@ -16,6 +17,9 @@ struct RigFitArguments {
   /// Reads neutral and face and fits; the rig has its name and says where it comes from. Throws UserError.
   RigFitResult fit() const;
 };
+
+/// Prints to stderr why the neutral may be a bad one: few frames, or a face that moves. `given`: as the user named it.
+void print_warnings(const ChosenNeutral& chosen, const NeutralPlace& place, const std::string& given);
 
 /// Prints the fit's warnings to stderr.
 void print_warnings(const RigFitResult& fit);

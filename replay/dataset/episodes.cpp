@@ -110,7 +110,7 @@ double EpisodeDetector::scaled(const Track& track, double intensity) const noexc
 
 void EpisodeDetector::follow(Track& track, const AuFrame& frame, std::size_t column) noexcept {
   const EpisodePoint now{frame.header.sequence, frame.header.capture_time_ns};
-  if (track.is_open && now.time_ns - track.last_seen.time_ns > longest_unobserved_ns_)
+  if (track.is_open && difference_ns(now.time_ns, track.last_seen.time_ns) > longest_unobserved_ns_)
     close(track, column, EpisodeEnd::kNotObserved);
   const double intensity = frame.intensity[column];
   const bool is_seen =
@@ -134,7 +134,7 @@ void EpisodeDetector::follow(Track& track, const AuFrame& frame, std::size_t col
 void EpisodeDetector::close(Track& track, std::size_t column, EpisodeEnd end) noexcept {
   track.is_open = false;
   if (scaled(track, track.peak) < track.cut_points[0]) return;  // never more than noise below letter A
-  if (track.last_seen.time_ns - track.onset.time_ns < minimum_duration_ns_) {
+  if (difference_ns(track.last_seen.time_ns, track.onset.time_ns) < minimum_duration_ns_) {
     too_short_.add();
     return;
   }

@@ -82,11 +82,15 @@ void TakeDataset::open_files(double rate_hz) {
 bool TakeDataset::continues_with(const MarkerFrame& frame) const noexcept {
   if (totals_.frames == 0 && !first_) return true;
   const std::uint64_t sequence = frame.header.sequence;
-  const FrameHeader& last = first_ ? first_->markers.header : last_header_;
-  if (sequence <= last.sequence || frame.header.capture_time_ns <= last.capture_time_ns) return false;
+  const FrameHeader& last = last_header();
+  if (sequence <= last.sequence) return false;
   const std::uint64_t came = first_ ? 1 : totals_.frames - totals_.lost;
   if (sequence - last.sequence - 1 > kMostLost + kMostLostPerFrame * came - totals_.lost) return false;
   return first_ || static_cast<double>(sequence - totals_.next_sequence) <= kLongestGapSeconds * rate_hz_;
+}
+
+bool TakeDataset::time_goes_back(const MarkerFrame& frame) const noexcept {
+  return (totals_.frames > 0 || first_) && frame.header.capture_time_ns < last_header().capture_time_ns;
 }
 
 void TakeDataset::write(const SolvedFrame& frame) {
@@ -112,6 +116,8 @@ void TakeDataset::write_row(const SolvedFrame& frame) {
   if (totals_.frames == 0) {
     first_sequence_ = totals_.next_sequence = header.sequence;
     first_capture_time_ns_ = header.capture_time_ns;
+  } else if (header.capture_time_ns <= last_header_.capture_time_ns) {
+    ++totals_.time_stands;
   }
   write_lost_until(header.sequence);
   const double time_s = static_cast<double>(difference_ns(header.capture_time_ns, first_capture_time_ns_)) * 1e-9;
@@ -287,6 +293,7 @@ void TakeDataset::write_take_json() {
   json["frames"] = totals_.frames;
   json["solved_frames"] = solved_count();
   json["lost_frames"] = totals_.lost;
+  if (totals_.time_stands > 0) json["frames_whose_time_does_not_advance"] = totals_.time_stands;
   json["first_sequence"] = first_sequence_;
   json["first_capture_time_ns"] = first_capture_time_ns_;
   json["markers"] = markers_.names;

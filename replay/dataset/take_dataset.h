@@ -46,6 +46,9 @@ class TakeDataset {
   /// Whether the frame goes on where the last one ended; false after a restart (the sequence went back), a gap of more
   /// than ten seconds, or where more was lost than a take can be of use with: then finish this take and begin another.
   bool continues_with(const MarkerFrame& frame) const noexcept;
+  /// Whether the frame was captured before the last one, by its own word. It can be written all the same: rows go by
+  /// the sequence.
+  bool time_goes_back(const MarkerFrame& frame) const noexcept;
   /// Throws UserError if the disk refuses.
   void write(const SolvedFrame& frame);
   /// Completes all files.
@@ -57,6 +60,8 @@ class TakeDataset {
   const std::filesystem::path& folder() const noexcept { return folder_; }
   std::uint64_t frame_count() const noexcept { return totals_.frames; }
   std::uint64_t lost_count() const noexcept { return totals_.lost; }
+  /// Frames whose capture time is not after that of the one before.
+  std::uint64_t time_stands_count() const noexcept { return totals_.time_stands; }
   /// Frames with AUs, solved or mapped.
   std::uint64_t solved_count() const noexcept {
     return status_count(SolverStatus::kConverged) + status_count(SolverStatus::kMapped);
@@ -76,6 +81,7 @@ class TakeDataset {
   /// What the frames so far add up to.
   struct Totals {
     std::uint64_t frames = 0, lost = 0;                                ///< frames: with those lost
+    std::uint64_t time_stands = 0;                                     ///< or goes back
     std::uint64_t samples = 0, filled = 0, rejected = 0, missing = 0;  ///< of markers
     std::array<std::uint64_t, kSolverStatusCount> by_status{};
     double largest_kkt_residual = 0;
@@ -89,6 +95,7 @@ class TakeDataset {
   };
   std::vector<AtomicFile*> files();
   void keep_checkpoint();
+  const FrameHeader& last_header() const noexcept { return first_ ? first_->markers.header : last_header_; }
   void open_files(double rate_hz);
   void write_row(const SolvedFrame& frame);
   void write_quality(const SolvedFrame& frame, double time_s);

@@ -142,9 +142,7 @@ void McapReader::open_chunk(std::span<const std::byte> content) {
   }
   chunk_ = in.take(in.remaining());
   if (head.bytes != chunk_.size() || (head.crc != 0 && mcap_crc(chunk_) != head.crc)) {
-    McapDamage& damaged = damage("a chunk whose CRC does not fit", with_head(content));
-    damaged.start_ns = head.start_ns;
-    damaged.end_ns = head.end_ns;
+    damage("a chunk whose CRC does not fit", with_head(content));  // its times may be as wrong as the rest
     return;
   }
   in_chunk_ = true;

@@ -15,6 +15,8 @@ namespace {
 
 /// A marker enters the new neutral if it was seen in at least this share of the averaged frames.
 constexpr double kNeutralPresence = 0.5;
+/// In the rig's source, before what is said of it.
+constexpr const char* kNeutralWords = "; neutral captured live: ";
 
 std::vector<double> upper_bounds_of(const Rig& rig) {
   std::vector<double> bounds;
@@ -153,8 +155,10 @@ void FramePipeline::finish_neutral() {
     ++neutral_.refused;
     return;
   }
+  // Of the last neutral only: those before it are gone.
+  renewed.source.resize(std::min(renewed.source.size(), renewed.source.find(kNeutralWords)));
   renewed.source +=
-      fmt::format("; neutral captured live: {} frames over {:g} s of capture time, markers moved by up to {:.2f} mm",
+      fmt::format("{}{} frames over {:g} s of capture time, markers moved by up to {:.2f} mm", kNeutralWords,
                   neutral_.frames, static_cast<double>(neutral_duration_ns_) * 1e-9, largest_shift_mm);
   solver_.set_neutral(renewed.neutral_mm);
   rig_ = std::move(renewed);

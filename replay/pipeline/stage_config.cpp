@@ -108,10 +108,22 @@ std::string print_stage_config(const StageConfig& stages) {
   return printer.printed();
 }
 
+namespace {
+
+constexpr std::uintmax_t kMostTomlBytes = 1 << 20;
+constexpr const char* kTomlFileRemedy = "give the path of a TOML file: a regular file of at most 1 MiB";
+
+}  // namespace
+
 toml::table parse_toml_file(const std::filesystem::path& path) {
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
+    throw UserError(path.string(), "is no regular file", kTomlFileRemedy);
   std::ifstream file(path);
-  if (!file || std::filesystem::is_directory(path))
-    throw UserError(path.string(), "cannot be read", "give the path of a TOML file");
+  if (!file) throw UserError(path.string(), "cannot be read", kTomlFileRemedy);
+  if (const auto bytes = std::filesystem::file_size(path, error); error || bytes > kMostTomlBytes)
+    throw UserError(path.string(), fmt::format("has {} bytes", bytes), kTomlFileRemedy);
   std::ostringstream text;
   text << file.rdbuf();
   return parse_toml(text.str(), path.string());

@@ -39,6 +39,8 @@ inline constexpr std::array<SessionTopicName, kSessionTopicCount> kSessionTopicN
 
 /// "/anna/ticks"; "/status" has no stream.
 /// Begins the report's keys that say how many messages were offered to a topic: what lacks at its end shows in no gap.
+/// In the recovery: "missing 0007".
+inline constexpr std::string_view kMissingKey = "missing ";
 inline constexpr std::string_view kOfferedKey = "offered ";
 /// Of the report: when the recorder ended, ns UTC.
 inline constexpr std::string_view kEndKey = "end_utc_ns";

@@ -58,9 +58,11 @@ class Copy {
 void copy_all(const std::filesystem::path& input, Copy& copy, RecoveredSession& result,
               const std::function<void(std::uint64_t, std::uint64_t)>& progress) {
   McapReader file(input);
+  bool has_metadata = false;
   for (auto item = file.next(); item != McapReader::Item::kEnd; item = file.next()) {
     if (item == McapReader::Item::kMetadata) {
       copy.write(file.metadata());
+      has_metadata = true;
       continue;
     }
     copy.write(file);
@@ -68,6 +70,13 @@ void copy_all(const std::filesystem::path& input, Copy& copy, RecoveredSession& 
     result.first_ns = result.messages == 0 ? time_ns : std::min(result.first_ns, time_ns);
     result.last_ns = std::max(result.last_ns, time_ns);
     if (result.messages++ % kProgressStride == 0) progress(file.offset(), file.size());
+  }
+  if (result.messages == 0 && !has_metadata) {
+    throw UserError(input.string(),
+                    fmt::format("there is nothing to recover: in its {} bytes there is no message and no description "
+                                "that can be read",
+                                file.size()),
+                    "is it the right file, and was all of it copied?");
   }
 }
 
@@ -81,11 +90,14 @@ std::string utc_text(std::int64_t utc_ns) {
                      parts.tm_mday, parts.tm_hour, parts.tm_min, parts.tm_sec, utc_ns % 1'000'000'000 / 1000);
 }
 
-std::vector<std::string> damage_lines(std::span<const McapDamage> damages, std::uint64_t count, std::uint64_t bytes) {
+std::vector<std::string> damage_lines(std::span<const McapDamage> damages, std::uint64_t count, std::uint64_t bytes,
+                                      const std::optional<MessageTimes>& times) {
   std::vector<std::string> lines;
   for (const McapDamage& damage : damages) {
     std::string line = fmt::format("byte {}: {}", damage.offset, damage.problem);
-    if (damage.start_ns && damage.end_ns) {
+    const bool has_times = times && damage.start_ns && damage.end_ns && *damage.start_ns >= times->first_ns &&
+                           *damage.start_ns <= *damage.end_ns && *damage.end_ns <= times->last_ns;
+    if (has_times) {
       line += fmt::format("; it held messages from {} to {}", utc_text(*damage.start_ns), utc_text(*damage.end_ns));
     }
     lines.push_back(std::move(line));
@@ -113,7 +125,9 @@ std::vector<std::string> gap_lines(const std::string& topic, const TopicAccount&
 }
 
 std::vector<std::string> missing_times(const RecoveredSession& session) {
-  std::vector<std::string> lines = damage_lines(session.damages, session.damage_count, session.damaged_bytes);
+  std::optional<MessageTimes> times;
+  if (session.messages > 0) times = {session.first_ns, session.last_ns};
+  std::vector<std::string> lines = damage_lines(session.damages, session.damage_count, session.damaged_bytes, times);
   for (const auto& [topic, account] : session.topics)
     std::ranges::move(gap_lines(topic, account), std::back_inserter(lines));
   if (!session.was_whole)
@@ -140,7 +154,7 @@ RecoveredSession recover_session(const std::filesystem::path& input, const std::
     result.was_whole = reader.file().whole();
     McapTexts texts{{"of", input.filename().string()}, {"messages", std::to_string(result.messages)}};
     const auto lines = missing_times(result);
-    for (std::size_t i = 0; i < lines.size(); ++i) texts[fmt::format("missing {:04}", i)] = lines[i];
+    for (std::size_t i = 0; i < lines.size(); ++i) texts[fmt::format("{}{:04}", kMissingKey, i)] = lines[i];
     copy.write(McapMetadata{std::string(kRecoveryMetadata), texts});
     copy.finish();
   } catch (...) {

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -24,7 +25,8 @@ struct RecoveredSession {
   bool was_whole = false;                      ///< it had its end; what is missing was lost in its chunks
 };
 
-/// `output` must not exist. Throws UserError; an output that was begun is removed.
+/// `output` must not exist. Throws UserError, also where there is nothing to recover; an output that was begun is
+/// removed.
 RecoveredSession recover_session(const std::filesystem::path& input, const std::filesystem::path& output,
                                  const std::function<void(std::uint64_t done, std::uint64_t of)>& progress);
 
@@ -32,8 +34,14 @@ RecoveredSession recover_session(const std::filesystem::path& input, const std::
 /// and how many there are.
 std::vector<std::string> missing_times(const RecoveredSession& session);
 
-/// "byte 4711: PROBLEM; it held messages from ... to ...", a line each; of more than are listed their number.
-std::vector<std::string> damage_lines(std::span<const McapDamage> damages, std::uint64_t count, std::uint64_t bytes);
+/// From the first to the last message of a file that could be read, UTC.
+struct MessageTimes {
+  std::int64_t first_ns = 0, last_ns = 0;
+};
+/// "byte 4711: PROBLEM; it held messages from ... to ...", a line each; of more than are listed their number. What a
+/// damaged record says of its times is told only where they lie within those of the messages around it.
+std::vector<std::string> damage_lines(std::span<const McapDamage> damages, std::uint64_t count, std::uint64_t bytes,
+                                      const std::optional<MessageTimes>& times);
 /// "7 messages of TOPIC between ... and ..." or "before ...", a line each; of more than are listed their number.
 std::vector<std::string> gap_lines(const std::string& topic, const TopicAccount& account);
 

@@ -12,6 +12,7 @@
 #include "replay/live/messages.h"
 #include "replay/pipeline/stage_config.h"
 #include "replay/session/known_set.h"
+#include "replay/session/session_format.h"
 #include "replay/session/session_reader.h"
 #include "replay/session/session_solver.h"
 #include "replay/takes/arkit_aus.h"
@@ -219,6 +220,10 @@ SessionVerdict verify_session(const std::filesystem::path& path, const SessionPr
     const auto& topics = reader.topics();
     if (const auto ticks = topics.find(session_topic(SessionTopic::kTicks, name)); ticks != topics.end())
       verdict.missing_ticks += ticks->second.missing;
+  }
+  verdict.recovered_of = value_of(reader.recovery(), "of");
+  for (const auto& [key, text] : reader.recovery()) {
+    if (key.starts_with(kMissingKey)) verdict.missing_in_recovered.push_back(text);
   }
   verdict.whole = reader.file().whole() && reader.file().damage_count() == 0;
   if (const std::string version = value_of(reader.session(), "risorius"); version != kVersion)

@@ -25,7 +25,10 @@ struct VerifiedTopic {
 struct SessionVerdict {
   std::vector<VerifiedTopic> topics;
   std::uint64_t ticks = 0, missing_ticks = 0;
-  bool whole = false;              ///< the file has its end, and no damage
+  bool whole = false;        ///< the file has its end, and no damage
+  std::string recovered_of;  ///< the torn file that this one was recovered from; empty if it was not
+  /// What that file lacked, in the words of the recovery.
+  std::vector<std::string> missing_in_recovered;
   std::vector<std::string> notes;  ///< what may make them differ: another program, another instruction set
 
   std::uint64_t different() const noexcept;

@@ -2,9 +2,11 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 #include <fmt/format.h>
 #include <set>
 
+#include "capture/errors.h"
 #include "capture/frames.h"
 #include "capture/marker_set.h"
 
@@ -38,6 +40,31 @@ void check_count(Problems& problems, const std::string& what, std::size_t count,
     problems.push_back(fmt::format("{}: {} of them, allowed are 1 to {}", what, count, most));
 }
 
+/// The first marker whose value is wrong, by number and name, and how many more are; empty if none is.
+template <class IsWrong>
+std::string wrong_marker(const Rig& rig, Eigen::Index& first, IsWrong is_wrong) {
+  const auto count = static_cast<Eigen::Index>(rig.marker_count());
+  Eigen::Index wrong = 0;
+  for (Eigen::Index m = 0; m < count; ++m) {
+    if (is_wrong(m) && wrong++ == 0) first = m;
+  }
+  if (wrong == 0) return "";
+  const std::string others = wrong == 1 ? "" : fmt::format(" (and {} more)", wrong - 1);
+  return fmt::format("markers[{}] '{}'{}", first, shown(rig.marker_names[static_cast<std::size_t>(first)]), others);
+}
+
+/// Of three numbers the one that is not finite, else the farthest from 0.
+double worst_of(const Eigen::Vector3d& v) {
+  double worst = 0;
+  for (const double x : v) {
+    if (!std::isfinite(x)) return x;
+    if (std::abs(x) > std::abs(worst)) worst = x;
+  }
+  return worst;
+}
+
+bool is_farther_than(const Eigen::Vector3d& v, double most) { return !v.allFinite() || v.cwiseAbs().maxCoeff() > most; }
+
 bool stabilisers_hold_the_head(const Rig& rig) {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   double total = 0;
@@ -68,20 +95,26 @@ void check_markers(Problems& problems, const Rig& rig) {
     check_name(problems, fmt::format("markers[{}]", m), rig.marker_names[m], seen);
   }
   const Eigen::Index count = static_cast<Eigen::Index>(rig.marker_count());
+  Eigen::Index first = 0;
   if (rig.neutral_mm.cols() != count) {
     problems.push_back(fmt::format("neutral_mm: {} columns for {} markers", rig.neutral_mm.cols(), count));
-  } else if (!rig.neutral_mm.allFinite()) {
-    problems.push_back("neutral_mm: holds a number that is not finite");
-  } else if (count > 0 && rig.neutral_mm.cwiseAbs().maxCoeff() > kFarthestMm) {
-    problems.push_back(fmt::format("neutral_mm: holds {:g}; a marker lies within {:g} mm of the origin",
-                                   rig.neutral_mm.cwiseAbs().maxCoeff(), kFarthestMm));
+  } else if (const std::string marker = wrong_marker(
+                 rig, first, [&](Eigen::Index m) { return is_farther_than(rig.neutral_mm.col(m), kFarthestMm); });
+             !marker.empty()) {
+    problems.push_back(fmt::format("{}: neutral_mm holds {:g}; a marker lies within {:g} mm of the origin", marker,
+                                   worst_of(rig.neutral_mm.col(first)), kFarthestMm));
   }
   if (rig.stabiliser_weight.size() != count) {
     problems.push_back(
         fmt::format("stabiliser_weight: {} entries for {} markers", rig.stabiliser_weight.size(), count));
-  } else if (!rig.stabiliser_weight.allFinite() || (rig.stabiliser_weight.array() < 0).any() ||
-             (rig.stabiliser_weight.array() > kLargestWeight).any()) {
-    problems.push_back(fmt::format("stabiliser_weight: holds a number that is not 0 to {:g}", kLargestWeight));
+  } else if (const std::string marker = wrong_marker(rig, first,
+                                                     [&](Eigen::Index m) {
+                                                       const double weight = rig.stabiliser_weight[m];
+                                                       return !(weight >= 0 && weight <= kLargestWeight);
+                                                     });
+             !marker.empty()) {
+    problems.push_back(fmt::format("{}: stabiliser_weight is {:g}; allowed are 0 to {:g}", marker,
+                                   rig.stabiliser_weight[first], kLargestWeight));
   } else if (rig.neutral_mm.cols() == count && rig.neutral_mm.allFinite() && !stabilisers_hold_the_head(rig)) {
     problems.push_back(
         "stabiliser_weight: fewer than 3 markers above 0 that are not on one line; give the markers of forehead, nose "
@@ -91,9 +124,14 @@ void check_markers(Problems& problems, const Rig& rig) {
     problems.push_back(
         fmt::format("fit_distance_mm: {} entries for {} markers", rig.fit_distance_mm.size(), rig.marker_count()));
   }
-  if (std::any_of(rig.fit_distance_mm.begin(), rig.fit_distance_mm.end(),
-                  [](double d) { return !std::isfinite(d) || d < 0; })) {
-    problems.push_back("fit_distance_mm: holds a number that is negative or not finite");
+  if (rig.fit_distance_mm.size() != rig.marker_count()) return;
+  const std::string marker = wrong_marker(rig, first, [&](Eigen::Index m) {
+    const double distance = rig.fit_distance_mm[static_cast<std::size_t>(m)];
+    return !std::isfinite(distance) || distance < 0;
+  });
+  if (!marker.empty()) {
+    problems.push_back(fmt::format("{}: fit_distance_mm is {:g}; it is a distance from 0 on", marker,
+                                   rig.fit_distance_mm[static_cast<std::size_t>(first)]));
   }
 }
 

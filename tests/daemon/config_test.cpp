@@ -1,8 +1,11 @@
 #include "daemon/config.h"
 
+#include <filesystem>
+#include <fstream>
 #include <gtest/gtest.h>
 
 #include "capture/errors.h"
+#include "support/test_data.h"
 
 namespace risorius {
 namespace {
@@ -118,6 +121,52 @@ TEST(Config, RefusesSourcesThatShareNameOrPort) {
   const std::string one = "[[source]]\nname = \"a\"\nlisten = \"udp://127.0.0.1:7000\"\n";
   EXPECT_NE(error_of(one + one).find("2 problems"), std::string::npos);
   EXPECT_NE(error_of("source = 5").find("[[source]]"), std::string::npos);
+}
+
+TEST(Config, RefusesAddressesThatCannotBeBoundTogether) {
+  const auto source = [](const std::string& name, const std::string& listen) {
+    return "[[source]]\nname = \"" + name + "\"\nlisten = \"" + listen + "\"\n";
+  };
+  const auto output = [](const std::string& publish, const std::string& control) {
+    return "[output]\npublish = \"" + publish + "\"\ncontrol = \"" + control + "\"\n";
+  };
+  const std::string far = "tcp://127.0.0.1:7001", near = "tcp://127.0.0.1:7002";
+  const std::string error = error_of(output(far, near) + source("a", "zmq+tcp://127.0.0.1:7001"));
+  for (const char* part : {"1 problem", "source[0].listen", "zmq+tcp://127.0.0.1:7001", "output.publish", far.c_str()})
+    EXPECT_NE(error.find(part), std::string::npos) << part << " in: " << error;
+  for (const std::string& toml :
+       {output(far, far), output(far, "tcp://*:7001"), output(far, near) + source("a", "zmq+tcp://0.0.0.0:7002"),
+        output("tcp://localhost:7003", near) + source("a", "zmq+tcp://127.0.0.1:7003"),
+        output("ipc:///tmp/a", "ipc:///tmp/a"),
+        source("a", "udp://0.0.0.0:11111") + source("b", "livelink://127.0.0.1"),
+        source("a", "natnet://10.0.0.5") + source("b", "natnet://10.0.0.5")})
+    EXPECT_NE(error_of(toml).find("1 problem"), std::string::npos) << toml << error_of(toml);
+  for (const std::string& toml :
+       {output("tcp://127.0.0.1:*", "tcp://127.0.0.1:*") + source("a", "zmq+tcp://127.0.0.1:0"),
+        output(far, near) + source("a", "udp://127.0.0.1:7001"), output(far, "tcp://10.0.0.5:7001"),
+        source("a", "udp://127.0.0.1:0") + source("b", "udp://127.0.0.1:0"),
+        source("a", "qtm://10.0.0.5") + source("b", "qtm://10.0.0.5")})
+    EXPECT_EQ(error_of(toml), "") << toml;
+}
+
+TEST(Config, IsARegularFileOfAtMostAMebibyte) {
+  const auto refusal = [](const std::filesystem::path& path) {
+    try {
+      load_config(path);
+    } catch (const UserError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  const test::TemporaryFolder folder;
+  const auto large = folder.path() / "large.toml";
+  std::ofstream(large) << std::string((1 << 20) + 1, '\n');
+  EXPECT_NE(refusal(large).find("has 1048577 bytes"), std::string::npos) << refusal(large);
+  for (const std::filesystem::path& path : {std::filesystem::path("/dev/zero"), folder.path(), large})
+    EXPECT_NE(refusal(path).find("a regular file of at most 1 MiB"), std::string::npos) << refusal(path);
+  EXPECT_NE(refusal(folder.path() / "none.toml").find("cannot be read"), std::string::npos);
+  std::filesystem::resize_file(large, 1 << 20);
+  EXPECT_EQ(refusal(large), "");
 }
 
 TEST(Config, SaysWhereTheTomlIsBroken) {

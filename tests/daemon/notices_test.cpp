@@ -64,6 +64,19 @@ TEST(Notices, MarkersOfTheRigThatTheSetLacksAreTold) {
   EXPECT_TRUE(notices.update(status).empty());
 }
 
+TEST(Notices, ACaptureTimeThatDoesNotAdvanceIsToldOnce) {
+  Notices notices;
+  auto status = status_of("listening", {});
+  status["streams"]["face"]["frames"]["time_stands"] = 0;
+  EXPECT_TRUE(notices.update(status).empty());
+  status["streams"]["face"]["frames"]["time_stands"] = 3;
+  const std::string line = only_line(notices.update(status));
+  EXPECT_TRUE(line.starts_with("face: capture time does not advance")) << line;
+  EXPECT_NE(line.find("capture_time_ns"), std::string::npos) << line;
+  status["streams"]["face"]["frames"]["time_stands"] = 3000;
+  EXPECT_TRUE(notices.update(status).empty());
+}
+
 TEST(Notices, ASlipIsToldOnce) {
   Notices notices;
   auto status = status_of("listening", {});

@@ -44,6 +44,21 @@ class Record : public ::testing::Test {
       ASSERT_TRUE(results_.send_frame(*item_));
     }
   }
+  /// Of a sender whose capture times do as they like, 100 frames a second by our clock.
+  template <class CaptureTime>
+  void send_frames_at(std::uint64_t first, std::uint64_t last, CaptureTime capture_time_ns) {
+    item_->kind = OutputItem::Kind::kSolved;
+    item_->solved.markers.count = static_cast<std::uint32_t>(set_.names.size());
+    item_->solved.aus.count = static_cast<std::uint32_t>(rig_.au_count());
+    for (std::uint64_t f = first; f <= last; ++f) {
+      item_->solved.markers.header =
+          item_->solved.aus.header = {.set_id = set_.id,
+                                      .sequence = f,
+                                      .capture_time_ns = capture_time_ns(static_cast<std::int64_t>(f)),
+                                      .receive_time_ns = 5'000'000'000 + static_cast<std::int64_t>(f) * 10'000'000};
+      ASSERT_TRUE(results_.send_frame(*item_));
+    }
+  }
   void send_recording(bool started, const std::string& name) {
     item_->kind = started ? OutputItem::Kind::kRecordingStarted : OutputItem::Kind::kRecordingStopped;
     item_->recording_name_size = static_cast<std::uint8_t>(name.size());
@@ -82,6 +97,43 @@ TEST_F(Record, FollowsTheTrackersOwnRecording) {
   EXPECT_EQ(take("face-001").at("frames"), 20);
   EXPECT_EQ(take("face-002").at("tracker_recording"), "Take 008");
   EXPECT_EQ(take("face-002").at("frames"), 5);
+}
+
+TEST_F(Record, ATimeThatStandsBeginsNoTakes) {
+  Recorder recorder(options("face", false), results_);
+  send_set();
+  send_frames_at(0, 299, [](std::int64_t) { return 0; });
+  recorder.stop();
+  EXPECT_EQ(recorder.problem(), "");
+  EXPECT_EQ(recorder.takes_finished(), 1u);
+  EXPECT_EQ(recorder.frames_recorded(), 300u);
+  EXPECT_EQ(take("face-001").at("frames"), 300);
+  EXPECT_EQ(take("face-001").at("lost_frames"), 0);
+  EXPECT_EQ(take("face-001").at("frames_whose_time_does_not_advance"), 299);
+}
+
+TEST_F(Record, ATimeThatGoesBackBeginsAtMostOneTakeASecond) {
+  Recorder recorder(options("face", false), results_);
+  send_set();
+  send_frames_at(0, 399, [](std::int64_t f) { return -f * 1'000'000; });
+  recorder.stop();
+  EXPECT_EQ(recorder.problem(), "");
+  EXPECT_EQ(recorder.frames_recorded(), 400u);
+  EXPECT_EQ(recorder.takes_finished(), 5u);  // the first frame's, and with frames 1, 101, 201, 301
+  EXPECT_EQ(take("face-002").at("first_sequence"), 1);
+  EXPECT_EQ(take("face-002").at("frames"), 100);
+  EXPECT_EQ(take("face-003").at("first_sequence"), 101);
+}
+
+TEST_F(Record, ATrackersClockThatIsSetBackBeginsATake) {
+  Recorder recorder(options("face", false), results_);
+  send_set();
+  send_frames_at(0, 29, [](std::int64_t f) { return 1'000'000'000'000 + f * 10'000'000; });
+  send_frames_at(30, 59, [](std::int64_t f) { return f * 10'000'000; });
+  recorder.stop();
+  EXPECT_EQ(recorder.takes_finished(), 2u);
+  EXPECT_EQ(take("face-002").at("first_sequence"), 30);
+  EXPECT_FALSE(take("face-002").contains("frames_whose_time_does_not_advance"));
 }
 
 TEST_F(Record, ATakeHasTheRigThatItsFramesWereSolvedWith) {

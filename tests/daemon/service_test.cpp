@@ -45,6 +45,35 @@ void stream(const Service& service, std::uint64_t frames) {
   wait_for_solved(service, frames);
 }
 
+/// So many frames of three markers at one capture time, numbered from 0.
+void stream_without_time(const Service& service, std::uint64_t frames) {
+  Sender sender(parse_send_target(service.input_endpoint(0)));
+  const MarkerSet set{.id = 1, .names = {"a", "b", "c"}, .rate_hz = 100};
+  sender.send_marker_set(set);
+  MarkerFrame frame;
+  frame.count = 3;
+  for (std::uint64_t f = 0; f < frames; ++f) {
+    frame.header = {.set_id = set.id, .sequence = f};
+    sender.send_frame(frame);
+    wait_for_solved(service, f + 1);
+  }
+}
+
+TEST(Service, CountsFramesWhoseTimeDoesNotAdvanceAndRecordsThemInOneTake) {
+  test::TemporaryFolder folder;
+  Config config = on_free_ports();
+  config.record.folder = (folder.path() / "rec").string();
+  Service service(config);
+  std::jthread running([&] { service.run(); });
+  stream_without_time(service, 60);
+  service.stop();
+  running.join();
+  const auto status = service.status();
+  EXPECT_EQ(status.at("streams").at("face").at("frames").at("time_stands"), 59);
+  EXPECT_EQ(status.at("record").at("takes"), 1);
+  EXPECT_EQ(status.at("record").at("frames"), 60);
+}
+
 TEST(Service, PipelineThreadAllocatesNothingPerFrame) {
   Service service(on_free_ports(), &test::allocations_of_this_thread);
   std::jthread running([&] { service.run(); });

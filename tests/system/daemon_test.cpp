@@ -281,6 +281,30 @@ TEST(Daemon, AnswersMalformedControlMessages) {
   EXPECT_EQ(daemon.end().exit_code, 0);
 }
 
+TEST(Daemon, SaysWhatToSendWhereARequestCannotBeRead) {
+  TemporaryFolder folder;
+  RunningDaemon daemon(folder.path(), kFace);
+  ASSERT_TRUE(daemon.up());
+  zmq::context_t context;
+  zmq::socket_t socket(context, zmq::socket_type::req);
+  socket.set(zmq::sockopt::rcvtimeo, 10'000);
+  socket.set(zmq::sockopt::linger, 0);
+  socket.connect(daemon.control());
+  for (const std::string request : {"{\"command\": ", "{\"command\": \"\xff\"}", "\xc1",
+                                    "\x81\xa7"
+                                    "comm",
+                                    ""}) {
+    ASSERT_TRUE(socket.send(zmq::buffer(request)));
+    zmq::message_t answer;
+    ASSERT_TRUE(socket.recv(answer)) << request;
+    const auto* begin = answer.data<std::uint8_t>();
+    const auto error = nlohmann::json::from_msgpack(begin, begin + answer.size()).at("error").get<std::string>();
+    EXPECT_NE(error.find("send {\"command\": \"status\"}"), std::string::npos) << error;
+    EXPECT_EQ(error.find("json.exception"), std::string::npos) << error;
+  }
+  EXPECT_EQ(daemon.end().exit_code, 0);
+}
+
 TEST(Daemon, PythonClientOfTheReadmeReadsIt) {
   if (run({"/usr/bin/python3", "-c", "import zmq, msgpack"}).exit_code != 0)
     GTEST_SKIP() << "python3 with zmq and msgpack is not installed";

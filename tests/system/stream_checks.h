@@ -25,7 +25,8 @@ inline std::string bytes_of_file(const std::filesystem::path& path) {
 }
 
 inline void expect_equal_takes(const std::filesystem::path& live, const std::filesystem::path& offline) {
-  for (const char* file : {"cleaned.c3d", "au.csv", "au_sd.csv", "pose.csv", "quality.csv", "episodes.csv"}) {
+  for (const char* file :
+       {"cleaned.c3d", "au.csv", "au_sd.csv", "pose.csv", "quality.csv", "episodes.csv", "rig.json"}) {
     const std::string expected = bytes_of_file(offline / file);
     ASSERT_FALSE(expected.empty()) << offline / file;
     EXPECT_TRUE(bytes_of_file(live / file) == expected) << file << " differs between " << live << " and " << offline;

@@ -68,6 +68,37 @@ TEST(Tool, MakesATransitionOfTwoPosesInOneCall) {
   }
 }
 
+TEST(Tool, RefusesAnOutputThatItCannotWriteBeforeTheWork) {
+  TemporaryFolder folder;
+  const std::string tool = program("risorius").string();
+  const auto in_folder = [&](const char* name) { return (folder.path() / name).string(); };
+  struct Case {
+    std::string output, word;
+  };
+  for (const auto& [output, word] :
+       {Case{in_folder("o_x.txt"), ".c3d or .csv"}, Case{"", "is empty"}, Case{in_folder("none/x.c3d"), "no folder"}}) {
+    const auto refused = run({tool, "clean", "builtin:1", "-o", output});
+    EXPECT_NE(refused.exit_code, 0) << output;
+    EXPECT_NE(refused.output.find(word), std::string::npos) << refused.output;
+    EXPECT_EQ(refused.output.find("repair"), std::string::npos) << "before the work: " << refused.output;
+  }
+  const auto refused = run({tool, "transition", "--from", "neutral", "--to", "happy", "-o", in_folder("x.txt")});
+  EXPECT_NE(refused.exit_code, 0);
+  EXPECT_NE(refused.output.find(".csv"), std::string::npos) << refused.output;
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
+TEST(Tool, WarnsOfANeutralOfOneFrameForAnActorToo) {
+  TemporaryFolder folder;
+  const std::string tool = program("risorius").string();
+  const auto rig = (folder.path() / "rig.json").string(), anna = (folder.path() / "anna").string();
+  ASSERT_EQ(run({tool, "rig", "fit", "--neutral", "builtin:0-60", "--landmarks", "iemocap55", "-o", rig}).exit_code, 0);
+  ASSERT_EQ(run({tool, "actor", "new", anna, "--rig", rig}).exit_code, 0);
+  const auto few = run({tool, "actor", "neutral", anna, "builtin:5-5"});
+  EXPECT_EQ(few.exit_code, 0) << few.output;
+  EXPECT_NE(few.output.find("warning: a neutral of 1 frame carries"), std::string::npos) << few.output;
+}
+
 TEST(Tool, RefusesOutputsThatCollide) {
   TemporaryFolder folder;
   const auto out = (folder.path() / "y.csv").string();

@@ -155,8 +155,7 @@ TEST_F(Mcap, AFlippedBitCostsAtMostItsOwnChunk) {
     broken[at] = static_cast<char>(broken[at] ^ 0x10);
     const Seen seen = read_bytes(broken);
     ASSERT_EQ(seen.damages.size(), 1u);
-    EXPECT_EQ(seen.damages[0].start_ns, 10);
-    EXPECT_EQ(seen.damages[0].end_ns, 20);
+    EXPECT_EQ(seen.damages[0].start_ns, std::nullopt) << "nothing vouches for its head";
     EXPECT_EQ(seen.messages, std::vector(three_chunks_.begin() + 2, three_chunks_.end()));
     EXPECT_TRUE(seen.whole);
   }

@@ -118,6 +118,14 @@ TEST(FramePipeline, CapturedNeutralReplacesTheRigsOwn) {
   EXPECT_EQ(pipeline.neutral_capture().frames, 50u);  // 0.5 s at 100 Hz
   EXPECT_LT(out.aus.residual_rms_mm, 1e-3) << "the face is its own neutral now";
   for (std::uint32_t i = 0; i < out.aus.count; ++i) EXPECT_LT(out.aus.intensity[i], 1e-3);
+
+  const std::string source = pipeline.rig().source;
+  EXPECT_TRUE(source.starts_with(rig.source + "; neutral captured live: 50 frames")) << source;
+  pipeline.begin_neutral_capture(200'000'000);
+  play(80, 120);
+  EXPECT_EQ(pipeline.neutral_capture().completed, 2u);
+  EXPECT_TRUE(pipeline.rig().source.starts_with(rig.source + "; neutral captured live: 20 frames"))
+      << "of the last one only: " << pipeline.rig().source;
 }
 
 TEST(FramePipeline, AFaceThatMovesGivesNoNeutralAndTheEndOfTheTakeCancelsOne) {

@@ -165,6 +165,68 @@ TEST_F(SessionFile, TornAnywhereItIsRecoveredAndWhatIsThereIsEqual) {
   EXPECT_GT(most, 400u);
 }
 
+TEST_F(SessionFile, VerifyRepeatsWhatTheRecoverySaysIsMissing) {
+  {
+    SessionWriter writer(path(), description());
+    record(writer, 180);
+    writer.finish({});
+  }
+  const std::string whole = bytes(path());
+  std::ofstream(path("torn.mcap"), std::ios::binary) << whole.substr(0, whole.size() * 2 / 3);
+  const auto recovered = recover_session(path("torn.mcap"), path("recovered.mcap"), no_progress);
+  const SessionVerdict verdict = verify_session(path("recovered.mcap"), no_progress);
+  EXPECT_TRUE(verdict.whole);
+  EXPECT_EQ(verdict.recovered_of, "torn.mcap");
+  EXPECT_EQ(verdict.missing_in_recovered, missing_times(recovered));
+  EXPECT_FALSE(verdict.missing_in_recovered.empty());
+  EXPECT_TRUE(verify_session(path(), no_progress).missing_in_recovered.empty());
+}
+
+TEST_F(SessionFile, OfAFileWithoutAnythingNothingIsRecovered) {
+  {
+    SessionWriter writer(path(), description());
+    writer.finish({});
+  }
+  const std::string whole = bytes(path());
+  for (const std::string& text : {whole.substr(0, 8), whole.substr(0, 8) + std::string(300, '\x06')}) {
+    std::ofstream(path("torn.mcap"), std::ios::binary) << text;
+    try {
+      recover_session(path("torn.mcap"), path("recovered.mcap"), no_progress);
+      FAIL() << text.size();
+    } catch (const UserError& error) {
+      EXPECT_NE(std::string(error.what()).find("nothing to recover"), std::string::npos) << error.what();
+    }
+    EXPECT_FALSE(std::filesystem::exists(path("recovered.mcap")));
+  }
+}
+
+TEST_F(SessionFile, TimesThatNoMessageHasAreNotTold) {
+  {
+    SessionWriter writer(path(), description());
+    record(writer, 60);
+  }
+  // Where the next chunk would be: the head of a chunk of which little is there, from the year 2245.
+  std::string broken = bytes(path());
+  ByteAppender head;
+  head.append(std::uint8_t{6});
+  head.append(std::uint64_t{1} << 40);
+  head.append(std::int64_t{8'700'000'000'000'000'000});
+  head.append(std::int64_t{8'700'000'001'000'000'000});
+  broken.append(reinterpret_cast<const char*>(head.bytes().data()), head.bytes().size());
+  broken.append(100, 'x');
+  std::ofstream(path("broken.mcap"), std::ios::binary) << broken;
+  const auto recovered = recover_session(path("broken.mcap"), path("recovered.mcap"), no_progress);
+  for (const std::string& line : missing_times(recovered)) EXPECT_EQ(line.find("2245"), std::string::npos) << line;
+  const McapDamage damage{.offset = 7, .bytes = 9, .problem = "torn", .start_ns = 20, .end_ns = 30};
+  const auto first_line = [&](std::optional<MessageTimes> times) {
+    return damage_lines(std::span(&damage, 1), 1, 9, times).front();
+  };
+  EXPECT_EQ(first_line(std::nullopt), "byte 7: torn");
+  EXPECT_EQ(first_line(MessageTimes{10, 29}), "byte 7: torn");
+  EXPECT_EQ(first_line(MessageTimes{21, 90}), "byte 7: torn");
+  EXPECT_NE(first_line(MessageTimes{20, 30}).find("it held messages from"), std::string::npos);
+}
+
 /// The first chunk of a session is damaged, which held the Tick of the marker set.
 class SessionWithoutItsFirstChunk : public SessionFile {
  protected:
@@ -294,8 +356,8 @@ TEST_F(SessionFile, OfMoreChannelsThanAFileCanHaveNothingIsRecovered) {
   ByteAppender records, file;
   constexpr int kChannels = 70'000;
   for (int i = 0; i < kChannels; ++i) {
-    append_mcap_record(
-        McapChannel{.id = 1, .topic = fmt::format("/{}", i), .message_encoding = "raw", .metadata = {}}, records);
+    append_mcap_record(McapChannel{.id = 1, .topic = fmt::format("/{}", i), .message_encoding = "raw", .metadata = {}},
+                       records);
     append_mcap_record(McapMessage{.channel_id = 1, .log_time_ns = 700'000'000LL * i, .data = {}}, records);
   }
   file.append_bytes(std::as_bytes(std::span(kMcapMagic)));

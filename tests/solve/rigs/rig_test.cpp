@@ -187,14 +187,23 @@ TEST(Rig, RefusesNumbersThatNoFaceHas) {
   Rig far = synthetic_rig(12, 4);
   far.neutral_mm(1, 3) = 1e300;
   ASSERT_FALSE(problems_of(far).empty());
-  EXPECT_NE(problems_of(far)[0].find("neutral_mm: holds 1e+300"), std::string::npos);
+  EXPECT_NE(problems_of(far)[0].find("markers[3] 'M3': neutral_mm holds 1e+300"), std::string::npos);
   Rig wild = synthetic_rig(12, 4);
   wild.aus[2].displacement_mm(0, 0) = -1e30;
   ASSERT_EQ(problems_of(wild).size(), 1u);
   EXPECT_NE(problems_of(wild)[0].find("displacement_mm holds 1e+30"), std::string::npos);
   Rig heavy = synthetic_rig(12, 4);
   heavy.stabiliser_weight[0] = 1e30;
-  EXPECT_EQ(problems_of(heavy).size(), 1u);
+  heavy.stabiliser_weight[5] = -1;
+  ASSERT_EQ(problems_of(heavy).size(), 1u);
+  EXPECT_NE(problems_of(heavy)[0].find("markers[0] 'M0' (and 1 more): stabiliser_weight is 1e+30"), std::string::npos)
+      << problems_of(heavy)[0];
+  Rig distant = synthetic_rig(12, 4);
+  distant.fit_distance_mm.assign(12, 1.0);
+  distant.fit_distance_mm[7] = -2;
+  ASSERT_EQ(problems_of(distant).size(), 1u);
+  EXPECT_NE(problems_of(distant)[0].find("markers[7] 'M7': fit_distance_mm is -2"), std::string::npos)
+      << problems_of(distant)[0];
 }
 
 }  // namespace
