@@ -51,7 +51,8 @@ TEST(Chaos, ASenderThatIsKilledAndStartedAgainIsHeardWithinASecond) {
   const test::RestartRun run = test::kill_and_restart_sender(4);
   for (const double resume_ms : run.resume_ms) EXPECT_LT(resume_ms, 1000);
   EXPECT_EQ(run.resume_ms.size(), 4u);
-  EXPECT_EQ(run.descriptors_after, run.descriptors_before);
+  // Fewer: a connection was just opening or closing at the first count. More would be left behind by restarts.
+  EXPECT_LE(run.descriptors_after, run.descriptors_before);
   EXPECT_EQ(run.sessions, 5u);
 }
 
