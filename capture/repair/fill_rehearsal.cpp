@@ -30,9 +30,13 @@ double believed(double gap_s) noexcept { return kUnlearnt + kUnlearntGrowth * st
 /// Of the believed deviations up to so many, the half-normal share.
 double share_below(double deviations) noexcept { return std::erf(deviations / std::numbers::sqrt2); }
 constexpr double kFirstError = 1.0 / 16, kErrorsPerOctave = 3;
-double error_limit(std::size_t bin) noexcept {
-  return kFirstError * std::exp2(static_cast<double>(bin) / kErrorsPerOctave);
-}
+const std::array kErrorLimits = [] {
+  std::array<double, 32> limits;
+  for (std::size_t bin = 0; bin < limits.size(); ++bin) {
+    limits[bin] = kFirstError * std::exp2(static_cast<double>(bin) / kErrorsPerOctave);
+  }
+  return limits;
+}();
 /// The interval that shall be honest.
 constexpr double kInterval = 0.9, kIntervalDeviations = 1.6449;
 
@@ -65,7 +69,7 @@ void FillRehearsal::reset() noexcept {
 FillRehearsal::Cell FillRehearsal::belief(std::size_t c) noexcept {
   Cell cell{.samples = kBeliefSamples};
   cell.away = cell.towards = kBeliefSamples * std::exp2(2.0 * static_cast<double>(c % kMoves) - 2);
-  for (std::size_t e = 0; e < kErrors; ++e) cell.errors[e] = kBeliefSamples * share_below(error_limit(e));
+  for (std::size_t e = 0; e < kErrors; ++e) cell.errors[e] = kBeliefSamples * share_below(kErrorLimits[e]);
   return cell;
 }
 
@@ -196,15 +200,16 @@ void FillRehearsal::note_error(std::size_t i, const MarkerFill& said, const Eige
   const MarkerFill fill = weigh(i, said, stayed_head_mm, gap_s);
   const Eigen::Vector3d away = said.position_head_mm - stayed_head_mm;
   const Eigen::Array3d error = (position_head_mm_[i] - fill.position_head_mm).array().abs() / std::sqrt(unit);
+  static_assert(kErrors <= kErrorLimits.size());
+  std::array<double, kErrors> below;
+  for (std::size_t e = 0; e < kErrors; ++e) below[e] = static_cast<double>((error <= kErrorLimits[e]).count());
   const Place place = place_of(gap_s, away.squaredNorm() / (3 * unit));
   for (std::size_t c = 0; c < 4; ++c) {
     Cell& cell = cells_[place.cell[c]];
     const double share = frame * place.share[c];
     cell.away += share * away.squaredNorm() / unit;
     cell.towards += share * away.dot(position_head_mm_[i] - stayed_head_mm) / unit;
-    for (std::size_t e = 0; e < kErrors; ++e) {
-      cell.errors[e] += share * static_cast<double>((error <= error_limit(e)).count());
-    }
+    for (std::size_t e = 0; e < kErrors; ++e) cell.errors[e] += share * below[e];
     cell.samples += 3 * share;
   }
 }
@@ -217,7 +222,7 @@ double FillRehearsal::scale(const Cell& cell) noexcept {
   while (e + 1 < kErrors && cell.errors[e] < wanted) ++e;
   const double below = cell.errors[e - 1], above = cell.errors[e];
   const double share = above > below ? std::clamp((wanted - below) / (above - below), 0.0, 1.0) : 1;
-  const double limit = error_limit(e - 1) * std::exp2(share / kErrorsPerOctave);
+  const double limit = kErrorLimits[e - 1] * std::exp2(share / kErrorsPerOctave);
   return limit * limit / (kIntervalDeviations * kIntervalDeviations);
 }
 
