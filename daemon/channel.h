@@ -2,10 +2,11 @@
 #pragma once
 
 #include <atomic>
-#include <chrono>
 #include <cstddef>
+#include <cstdint>
 #include <thread>
 
+#include "capture/monotonic_clock.h"
 #include "capture/spsc_queue.h"
 #include "daemon/doorbell.h"
 
@@ -35,19 +36,21 @@ class Channel {
   void ring() noexcept { bell_.ring(); }
   /// An item will follow within microseconds: the consumer wakes while the producer still works on it, so that the time
   /// that waking takes does not come on top. Who has something to work on is awake, and is not told.
-  void announce() noexcept {
+  void announce() noexcept { announce(monotonic_now_ns() + kPatienceNs); }
+  /// The same of an item that should come until then.
+  void announce(std::int64_t until_ns) noexcept {
     if (queue_.size() > 0) return;
-    announced_.store(true, std::memory_order_release);
+    awake_until_ns_.store(until_ns, std::memory_order_release);
     bell_.ring();
   }
 
-  /// Consumer. Sleeps until it rings; where an item was announced, stays awake for it, giving way to whoever else wants
-  /// the processor, for kPatience at most.
+  /// Consumer. Sleeps until it rings; where an item was announced, stays awake for it until the announced time, giving
+  /// way to whoever else wants the processor.
   void wait() noexcept {
     bell_.wait();
-    if (!announced_.exchange(false, std::memory_order_acquire)) return;
-    const auto deadline = std::chrono::steady_clock::now() + kPatience;
-    while (queue_.front() == nullptr && std::chrono::steady_clock::now() < deadline) std::this_thread::yield();
+    const auto waited_for = [this] { return awake_until_ns_.load(std::memory_order_acquire); };
+    while (queue_.front() == nullptr && monotonic_now_ns() < waited_for()) std::this_thread::yield();
+    if (queue_.front() != nullptr) awake_until_ns_.store(0, std::memory_order_relaxed);  // not waited for a second time
   }
   const T* front() noexcept { return queue_.front(); }
   void release() noexcept { queue_.release(); }
@@ -58,11 +61,11 @@ class Channel {
 
  private:
   static constexpr std::size_t kReserve = 64;
-  static constexpr std::chrono::microseconds kPatience{400};
+  static constexpr std::int64_t kPatienceNs = 400'000;
   std::size_t most_frames_;
   SpscQueue<T> queue_;
   Doorbell bell_;
-  std::atomic<bool> announced_{false};
+  std::atomic<std::int64_t> awake_until_ns_{0};  ///< 0 = nothing is announced
   Counter refused_frames_;
 };
 

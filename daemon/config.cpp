@@ -61,6 +61,12 @@ void visit_queues(V& v, C& c) {
 }
 
 template <class V, class C>
+void visit_latency(V& v, C& c) {
+  v.number("awake_share", c.awake_share, 0, 1,
+           "of a frame time, that threads may be awake before a frame is due, for it to pass sooner; 0 = they sleep");
+}
+
+template <class V, class C>
 void visit_shown(V& v, C& c) {
   v.number("rate_hz", c.rate_hz, 1, 1000, "messages per second of capture time");
   v.number("bridge_s", c.bridge_s, 0, 2, "predictions stand so long for frames that do not come");
@@ -140,6 +146,7 @@ Config config_of(const toml::table& table, const std::string& place) {
   root.table("output", [&](auto& v) { visit_output(v, config.output); });
   root.table("record", [&](auto& v) { visit_record(v, config.record); });
   root.table("queues", [&](auto& v) { visit_queues(v, config.queues); });
+  root.table("latency", [&](auto& v) { visit_latency(v, config.latency); });
   root.table("shown", [&](auto& v) { visit_shown(v, config.shown); });
   const auto models = kTransitionModelNames;
   if (std::find(models.begin(), models.end(), config.shown.model) == models.end())
@@ -166,6 +173,7 @@ std::string print_config(const Config& config) {
   printer.table("output", [&](auto& v) { visit_output(v, config.output); });
   printer.table("record", [&](auto& v) { visit_record(v, config.record); });
   printer.table("queues", [&](auto& v) { visit_queues(v, config.queues); });
+  printer.table("latency", [&](auto& v) { visit_latency(v, config.latency); });
   printer.table("shown", [&](auto& v) { visit_shown(v, config.shown); });
   for (const auto& source : config.sources) {
     TomlPrinter stream("source");

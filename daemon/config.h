@@ -71,6 +71,10 @@ struct ShownConfig {
   std::string model{kTransitionModelNames.front()};  ///< of the ways to live targets
 };
 
+struct LatencyConfig {
+  double awake_share = 0.05;  ///< ArrivalForecast
+};
+
 struct QueueConfig {
   std::int64_t admission = 1024, publish = 1024, record = 4096;
   std::int64_t session_mib = 16;
@@ -80,6 +84,7 @@ struct Config {
   OutputConfig output;
   RecordConfig record;
   QueueConfig queues;
+  LatencyConfig latency;
   ShownConfig shown;
   std::vector<SourceConfig> sources;  ///< at least one
 };

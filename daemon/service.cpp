@@ -12,9 +12,11 @@
 // at all.
 #include "daemon/service.h"
 
+#include <algorithm>
 #include <csignal>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "capture/errors.h"
 #include "capture/monotonic_clock.h"
@@ -129,7 +131,7 @@ Service::Service(const Config& config, PipelineThread::AllocationProbe allocatio
   }
   for (std::uint32_t i = 0; i < config_.sources.size(); ++i) {
     inputs_.emplace_back(
-        io_, i, config_.sources[i], admitted_,
+        io_, i, config_.sources[i], config_.latency, admitted_,
         [this] {
           publisher_->request_status();
           look_for_silence();
@@ -208,7 +210,7 @@ void Service::run() {
   });
   for (auto& input : inputs_) input.start();
   arm_status_timer();
-  io_.run();
+  serve_events();
 
   // From source to sink: each part works off what the one before it left.
   for (auto& input : inputs_) input.stop();
@@ -227,6 +229,18 @@ std::string Service::recording_problem() const {
         config_.record.folder, to_record_->refused_frames());
   }
   return session_ ? session_->problem() : std::string();
+}
+
+/// Until stop(). While a frame is due within microseconds the thread looks again and again, giving way to others,
+/// instead of falling asleep.
+void Service::serve_events() {
+  const auto awaits_frame = [this] { return std::ranges::any_of(inputs_, &StreamInput::awaits_frame); };
+  while (!io_.stopped()) {
+    io_.run_one();
+    while (!io_.stopped() && awaits_frame()) {
+      if (io_.poll() == 0) std::this_thread::yield();
+    }
+  }
 }
 
 void Service::stop() { io_.stop(); }

@@ -58,6 +58,7 @@ class Service {
   nlohmann::json release(const nlohmann::json& request);
   std::uint32_t stream_of(const nlohmann::json& request) const;
   void begin_recording();
+  void serve_events();
   void arm_status_timer();
   void look_for_silence();
 

@@ -75,7 +75,8 @@ SourceAddress parse_source_address(std::string_view url) {
 
 std::string to_url(const SourceAddress& address) {
   const bool ipv6 = address.host.find(':') != std::string::npos;
-  return fmt::format("{}{}{}{}:{}", scheme_of(address.kind), ipv6 ? "[" : "", address.host, ipv6 ? "]" : "", address.port);
+  return fmt::format("{}{}{}{}:{}", scheme_of(address.kind), ipv6 ? "[" : "", address.host, ipv6 ? "]" : "",
+                     address.port);
 }
 
 }  // namespace risorius

@@ -75,6 +75,7 @@ nlohmann::json status_of_stream(const StreamInput& input, const PipelineStream& 
                       {"rig_absent_markers", stream.absent_markers()}};
   json["state"] = input.state();
   json["silences"] = input.watchdog().silences().value();
+  json["forecast"] = {{"foreseen", input.forecast().foreseen().value()}, {"missed", input.forecast().missed().value()}};
   json["link"] = {{"state", name_of(source.link.load())},
                   {"reconnects", source.reconnects.value()},
                   {"refused_connections", source.refused_connections.value()}};

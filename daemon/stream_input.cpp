@@ -16,8 +16,8 @@ constexpr double kLiveSkewPpm = 2000;
 }  // namespace
 
 StreamInput::StreamInput(boost::asio::io_context& io, std::uint32_t stream_id, const SourceConfig& config,
-                         Channel<AdmittedItem>& admitted, std::function<void()> on_state_change,
-                         SessionRecorder* session)
+                         const LatencyConfig& latency, Channel<AdmittedItem>& admitted,
+                         std::function<void()> on_state_change, SessionRecorder* session)
     : name_(config.name),
       stream_id_(stream_id),
       admitted_(admitted),
@@ -29,6 +29,8 @@ StreamInput::StreamInput(boost::asio::io_context& io, std::uint32_t stream_id, c
       tick_timer_(io),
       tick_period_ns_(std::max<std::int64_t>(1'000'000, config.stages.reorder.timeout_ns / 4)),
       watchdog_timer_(io),
+      forecast_(latency.awake_share),
+      forecast_timer_(io),
       on_state_change_(std::move(on_state_change)) {
   if (session_ != nullptr) source_->tap_raw(session_->raw_tap(stream_id_));
 }
@@ -39,6 +41,7 @@ void StreamInput::stop() {
   source_->stop();
   tick_timer_.cancel();
   watchdog_timer_.cancel();
+  forecast_timer_.cancel();
   source_->flush();
   on_ready();
   end_stream();
@@ -91,6 +94,7 @@ void StreamInput::on_ready() {
   for (ClockSample sample; source_->pop_clock_sample(sample);)
     clock_.add_echo(sample.sent_ns, sample.tracker_ns, sample.received_ns);
   arm_watchdog();
+  arm_forecast();
   if (reorder().ledger().held.value() > 0) arm_tick();
 }
 
@@ -184,6 +188,7 @@ void StreamInput::admit_end() {
   if (stream_open_) admit_control(AdmittedItem::Kind::kEndOfStream, nullptr);
   stream_open_ = has_last_ = false;
   watchdog_.stream_ended();
+  forecast_.reset();
 }
 
 std::string_view StreamInput::state() const noexcept {
@@ -198,6 +203,7 @@ std::string_view StreamInput::state() const noexcept {
 void StreamInput::note_arrival(const FrameHeader& header) noexcept {
   if (watchdog_.frame_came(header.receive_time_ns)) on_state_change_();
   if (!stream_open_) watchdog_.stream_ended();  // a straggler, after which no others are due
+  forecast_.frame_came(header.receive_time_ns);
   clock_.add_arrival(header.capture_time_ns, header.receive_time_ns);
   if (!clock_.known() || std::abs(clock_.skew_ppm()) > kLiveSkewPpm) return;
   exposure_to_received_.add(difference_ns(header.receive_time_ns, clock_.to_ours_ns(header.capture_time_ns)));
@@ -214,6 +220,24 @@ void StreamInput::arm_watchdog() {
     if (error) return;
     if (watchdog_.look(monotonic_now_ns())) on_state_change_();
     arm_watchdog();
+  });
+}
+
+bool StreamInput::awaits_frame() const noexcept {
+  const auto& window = forecast_.window();
+  if (!window) return false;
+  const std::int64_t now_ns = monotonic_now_ns();
+  return now_ns >= window->from_ns && now_ns < window->until_ns;
+}
+
+/// Shortly before the next frame is due, the pipeline wakes, and the I/O thread by this very timer.
+void StreamInput::arm_forecast() {
+  const auto& window = forecast_.window();
+  if (!window || window->from_ns == armed_from_ns_) return;
+  armed_from_ns_ = window->from_ns;
+  forecast_timer_.expires_after(std::chrono::nanoseconds(window->from_ns - monotonic_now_ns()));
+  forecast_timer_.async_wait([this](const boost::system::error_code& error) {
+    if (!error && awaits_frame()) admitted_.announce(forecast_.window()->until_ns);
   });
 }
 

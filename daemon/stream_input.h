@@ -17,6 +17,7 @@
 #include "capture/clock_sync.h"
 #include "capture/wire/reorder_window.h"
 #include "capture/wire/source.h"
+#include "daemon/arrival_forecast.h"
 #include "daemon/channel.h"
 #include "daemon/config.h"
 #include "daemon/latency_histogram.h"
@@ -32,13 +33,17 @@ class StreamInput {
   /// `on_state_change`: called on the I/O thread when the stream goes stale or comes back. `session`: records what is
   /// received and admitted; may be null. Throws UserError if the address cannot be bound.
   StreamInput(boost::asio::io_context& io, std::uint32_t stream_id, const SourceConfig& config,
-              Channel<AdmittedItem>& admitted, std::function<void()> on_state_change, SessionRecorder* session);
+              const LatencyConfig& latency, Channel<AdmittedItem>& admitted, std::function<void()> on_state_change,
+              SessionRecorder* session);
 
   void start();
   /// Closes the socket and admits what is left, then the end of the stream.
   void stop();
   /// False if no frames are coming (there is no face to capture) or there is no room for the request.
   bool admit_neutral_capture(std::int64_t duration_ns);
+
+  /// Whether a frame is due within microseconds, so that the I/O thread should not fall asleep.
+  bool awaits_frame() const noexcept;
 
   const std::string& name() const noexcept { return name_; }
   /// Where senders can send (with the port that the system chose, if asked for one), or what we are connected to.
@@ -56,6 +61,7 @@ class StreamInput {
   std::string_view state() const noexcept;
   const Watchdog& watchdog() const noexcept { return watchdog_; }
   const ClockSync& clock() const noexcept { return clock_; }
+  const ArrivalForecast& forecast() const noexcept { return forecast_; }
   /// From the tracker's exposure, by its clock, to our receive call. With arrivals alone: above the shortest one.
   const LatencyHistogram& exposure_to_received() const noexcept { return exposure_to_received_; }
   /// Admitted frames whose capture time is not after that of the one before.
@@ -80,6 +86,7 @@ class StreamInput {
   void arm_tick();
   void note_arrival(const FrameHeader& header) noexcept;
   void arm_watchdog();
+  void arm_forecast();
   void follow_recording();
 
   std::string name_;
@@ -97,6 +104,9 @@ class StreamInput {
   Watchdog watchdog_;
   boost::asio::steady_timer watchdog_timer_;
   bool watchdog_armed_ = false;
+  ArrivalForecast forecast_;
+  boost::asio::steady_timer forecast_timer_;
+  std::int64_t armed_from_ns_ = 0;  ///< of the window that the timer was last set for
   std::function<void()> on_state_change_;
   ClockSync clock_;
   LatencyHistogram exposure_to_received_;

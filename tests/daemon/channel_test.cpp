@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 #include <thread>
 
+#include "capture/monotonic_clock.h"
+
 namespace risorius {
 namespace {
 
@@ -53,6 +55,23 @@ TEST(Channel, AnAnnouncedItemIsWaitedForAndOneThatNeverComesIsNot) {
   std::jthread producer([&] { channel.send_frame(7); });
   while (channel.front() == nullptr) channel.wait();
   EXPECT_EQ(*channel.front(), 7);
+}
+
+TEST(Channel, IsAwakeForAnAnnouncedItemUntilTheAnnouncedTimeAndNotOnceMoreAfterIt) {
+  constexpr std::int64_t kLong = 3'600'000'000'000;
+  Channel<int> channel(64);
+  channel.announce(monotonic_now_ns() - 1);  // is over
+  channel.wait();
+  EXPECT_EQ(channel.front(), nullptr);
+  channel.announce(monotonic_now_ns() + kLong);
+  std::jthread producer([&] { channel.send_frame(7); });
+  channel.wait();  // comes back with the item, not with the hour
+  ASSERT_NE(channel.front(), nullptr);
+  channel.release();
+  producer.join();
+  channel.ring();
+  channel.wait();
+  EXPECT_EQ(channel.front(), nullptr);
 }
 
 }  // namespace
