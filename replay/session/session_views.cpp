@@ -2,17 +2,20 @@
 
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 namespace risorius {
 namespace {
 
+// Viewers know plain types only, and of an object no more than the properties that its schema lists: a `type` that is a
+// list, or an object without `properties`, makes Foxglove refuse the topic.
 constexpr std::string_view kAuViewSchema = R"json({
-"title": "risorius.Aus", "description": "FACS action units of one frame, decimated to 60 Hz", "type": "object",
+"description": "FACS action units of one frame, decimated to 60 Hz; what was not observed is left out", "type": "object",
 "properties": {
-"timestamp": {"type": "object", "properties": {"sec": {"type": "integer"}, "nsec": {"type": "integer"}}},
+"timestamp": {"type": "object", "title": "time", "properties": {"sec": {"type": "integer"}, "nsec": {"type": "integer"}}},
 "stream": {"type": "string"}, "sequence": {"type": "integer"}, "kind": {"type": "string"}, "status": {"type": "string"},
-"residual_rms_mm": {"type": ["number", "null"]},
-"au": {"type": "object", "additionalProperties": {"type": ["number", "null"]}}}})json";
+"residual_rms_mm": {"type": "number"},
+"au": {"type": "object", "properties": {}}}})json";
 
 constexpr std::string_view kMarkerViewSchema = R"json({
 "title": "foxglove.PointCloud", "description": "Markers of one frame, decimated to 60 Hz", "type": "object",
@@ -33,6 +36,8 @@ constexpr std::string_view kMarkerViewSchema = R"json({
 
 constexpr std::uint8_t kFoxgloveUint8 = 1, kFoxgloveFloat32 = 7;
 constexpr float kMetresPerMm = 0.001F;
+/// Of a quarter turn about x, as quaternion: our y is up, viewers' z.
+constexpr double kHalf = std::numbers::sqrt2 / 2;
 
 nlohmann::json time_json(std::int64_t utc_ns) {
   return {{"sec", utc_ns / 1'000'000'000}, {"nsec", utc_ns % 1'000'000'000}};
@@ -75,16 +80,21 @@ std::string packed_points(const nlohmann::json& positions_mm, const std::string&
 
 }  // namespace
 
-std::string_view au_view_schema() { return kAuViewSchema; }
+std::string au_view_schema(const std::vector<std::string>& au_names) {
+  auto schema = nlohmann::json::parse(kAuViewSchema);
+  for (const std::string& name : au_names) schema["properties"]["au"]["properties"][name] = {{"type", "number"}};
+  return schema.dump();
+}
 std::string_view marker_view_schema() { return kMarkerViewSchema; }
 
 std::string au_view_json(std::span<const std::byte> msgpack, std::int64_t utc_ns) {
   const nlohmann::json message = decoded(msgpack);
-  if (!message.contains("au")) return {};
+  if (!message.contains("au") || !message.at("au").is_object()) return {};
   nlohmann::json view{{"timestamp", time_json(utc_ns)}};
   for (const char* key : {"stream", "sequence", "kind", "status", "residual_rms_mm", "au"}) {
-    if (message.contains(key)) view[key] = message.at(key);
+    if (message.contains(key) && !message.at(key).is_null()) view[key] = message.at(key);
   }
+  std::erase_if(*view["au"].get_ptr<nlohmann::json::object_t*>(), [](const auto& au) { return au.second.is_null(); });
   return view.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
@@ -99,7 +109,8 @@ std::string marker_view_json(std::span<const std::byte> msgpack, std::int64_t ut
       {"timestamp", time_json(utc_ns)},
       {"frame_id", "world"},
       {"pose",
-       {{"position", {{"x", 0}, {"y", 0}, {"z", 0}}}, {"orientation", {{"x", 0}, {"y", 0}, {"z", 0}, {"w", 1}}}}},
+       {{"position", {{"x", 0}, {"y", 0}, {"z", 0}}},
+        {"orientation", {{"x", kHalf}, {"y", 0}, {"z", 0}, {"w", kHalf}}}}},
       {"point_stride", 13},
       {"fields", fields},
       {"data", base64(packed_points(message.at("positions_mm"), message.at("states").get<std::string>()))}};

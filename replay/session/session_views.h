@@ -7,19 +7,24 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace risorius {
 
-inline constexpr std::string_view kAuViewSchemaName = "risorius.Aus", kMarkerViewSchemaName = "foxglove.PointCloud";
-std::string_view au_view_schema();
+inline constexpr std::string_view kMarkerViewSchemaName = "foxglove.PointCloud";
+/// Viewers tell types apart by name, and streams may have other AUs.
+inline std::string au_view_schema_name(std::string_view stream) { return "risorius.Aus." + std::string(stream); }
+/// Of a stream with these AUs.
+std::string au_view_schema(const std::vector<std::string>& au_names);
 std::string_view marker_view_schema();
 
 // `msgpack` is a message of topic au or markers, `utc_ns` its time. Empty text if it is no such message.
 
-/// {"timestamp", "stream", "sequence", "kind", "status", "au": {name: intensity or null}, "residual_rms_mm"}
+/// {"timestamp", "stream", "sequence", "kind", "status", "au": {name: intensity}, "residual_rms_mm"}; what is unknown
+/// is left out.
 std::string au_view_json(std::span<const std::byte> msgpack, std::int64_t utc_ns);
-/// A point cloud in metres, world axes; a point is x y z (float) and state (the letter's code). Missing markers are
-/// left out.
+/// A point cloud in metres, world axes, with a pose that sets it upright where z is up; a point is x y z (float) and
+/// state (the letter's code). Missing markers are left out.
 std::string marker_view_json(std::span<const std::byte> msgpack, std::int64_t utc_ns);
 
 /// At most 60 in a second, evenly where more come.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <exception>
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "replay/session/tick_codec.h"
 
@@ -14,6 +15,15 @@ constexpr std::size_t kMostOrigins = 32;
 
 std::size_t index_of(SessionTopic topic) { return static_cast<std::size_t>(topic); }
 
+/// None if it is no rig.
+std::vector<std::string> au_names(const std::string& rig_json) {
+  std::vector<std::string> names;
+  const auto rig = nlohmann::json::parse(rig_json, nullptr, false);
+  if (!rig.is_object() || !rig.contains("aus")) return names;
+  for (const auto& au : rig.at("aus")) names.push_back(au.value("name", ""));
+  return names;
+}
+
 }  // namespace
 
 SessionWriter::SessionWriter(std::filesystem::path path, SessionDescription description)
@@ -21,7 +31,6 @@ SessionWriter::SessionWriter(std::filesystem::path path, SessionDescription desc
       description_(std::move(description)),
       file_(path_),
       utc_minus_monotonic_ns_(description_.utc_ns - description_.monotonic_ns) {
-  au_view_schema_ = file_.add_schema(std::string(kAuViewSchemaName), "jsonschema", std::string(au_view_schema()));
   marker_view_schema_ =
       file_.add_schema(std::string(kMarkerViewSchemaName), "jsonschema", std::string(marker_view_schema()));
   status_channel_ = file_.add_channel(0, session_topic(SessionTopic::kStatus, ""), "msgpack");
@@ -47,9 +56,11 @@ void SessionWriter::describe() {
 
 void SessionWriter::add_stream(const SessionStream& stream) {
   Stream& state = streams_.emplace_back();
+  const std::uint16_t au_view_schema = file_.add_schema(au_view_schema_name(stream.name), "jsonschema",
+                                                        risorius::au_view_schema(au_names(stream.rig_json)));
   for (const SessionTopic topic : {SessionTopic::kTicks, SessionTopic::kAus, SessionTopic::kContinuations,
                                    SessionTopic::kAuView, SessionTopic::kMarkerView, SessionTopic::kSets}) {
-    const std::uint16_t schema = topic == SessionTopic::kAuView       ? au_view_schema_
+    const std::uint16_t schema = topic == SessionTopic::kAuView       ? au_view_schema
                                  : topic == SessionTopic::kMarkerView ? marker_view_schema_
                                                                       : std::uint16_t{0};
     topics_.push_back(session_topic(topic, stream.name));

@@ -97,7 +97,7 @@ class SessionWriter {
   McapWriter file_;
   std::int64_t utc_minus_monotonic_ns_;
   std::deque<Stream> streams_;
-  std::uint16_t status_channel_ = 0, au_view_schema_ = 0, marker_view_schema_ = 0;
+  std::uint16_t status_channel_ = 0, marker_view_schema_ = 0;
   std::vector<std::string> topics_;                  ///< by channel
   std::map<std::uint16_t, std::uint64_t> in_chunk_;  ///< messages by channel
   std::map<std::string, Account> accounts_;          ///< by topic

@@ -13,6 +13,14 @@ const readable = {
     return buffer;
   },
 };
+// Viewers know plain types only, and of an object the properties that its schema lists.
+function requireReadable(schema, place) {
+  if (schema.oneOf) return;
+  if (typeof schema.type !== "string") throw new Error(`${place}: type ${JSON.stringify(schema.type)}`);
+  if (schema.type === "array") return requireReadable(schema.items, place + "[]");
+  if (schema.type !== "object") return;
+  for (const [name, property] of Object.entries(schema.properties)) requireReadable(property, `${place}.${name}`);
+}
 const reader = await McapIndexedReader.Initialize({ readable });
 const counts = {};
 let points = 0;
@@ -29,10 +37,13 @@ for await (const message of reader.readMessages()) {
   if (channel.messageEncoding !== "json") continue;
   const view = JSON.parse(new TextDecoder().decode(message.data));
   const schema = reader.schemasById.get(channel.schemaId);
-  JSON.parse(new TextDecoder().decode(schema.data));
+  const described = JSON.parse(new TextDecoder().decode(schema.data));
+  requireReadable(described, schema.name);
   if (schema.name === "foxglove.PointCloud") {
     points = Math.max(points, Buffer.from(view.data, "base64").length / view.point_stride);
   } else if (Object.keys(view.au).length > 0) {
+    for (const name of Object.keys(view.au))
+      if (!(name in described.properties.au.properties)) throw new Error(`${schema.name} does not list ${name}`);
     auViewTimes.push(Number(message.logTime) * 1e-9);
   }
 }
