@@ -171,7 +171,7 @@ StageConfig stage_config_of(const toml::table& table, const std::string& place, 
   TomlReader reader(table, "", problems);
   StageConfig stages;
   read_stage_tables(reader, stages);
-  for (const char* daemons_own : {"output", "record", "queues", "shown"}) reader.find(daemons_own);
+  for (const char* daemons_own : {"output", "record", "queues", "latency", "shown"}) reader.find(daemons_own);
   if (const toml::node* sources = reader.find("source"); sources != nullptr && sources->is_array_of_tables()) {
     read_source_stages(*sources->as_array(), source, stages, problems);
   }
