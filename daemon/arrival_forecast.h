@@ -87,7 +87,8 @@ class ArrivalForecast {
           std::abs(static_cast<double>(arrivals_ns_[i] - arrivals_ns_[i - 1]) - period_ns_) / (kFramesToLearn - 1);
     }
     due_ns_ = receive_ns + static_cast<std::int64_t>(period_ns_);
-    if (deviation_ns_ > 0.25 * period_ns_) reset();  // frames were lost, or there is no rhythm
+    // Frames were lost, or there is no rhythm, or faster than one that is ever waited for.
+    if (period_ns_ < kWakingNs || deviation_ns_ > 0.25 * period_ns_) reset();
   }
 
   /// Where the deviation asks for more than the share, as much of it as the share allows.

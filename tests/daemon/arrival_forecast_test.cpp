@@ -82,6 +82,16 @@ TEST(ArrivalForecast, LearnsAnotherRhythm) {
   EXPECT_GT(forecast.window()->until_ns, at_ns + 3 * kFrameTime);
 }
 
+TEST(ArrivalForecast, SurvivesFramesThatAllComeAtOnceAndOnesFromBefore) {
+  ArrivalForecast forecast(kShare);
+  for (int f = 0; f < 100; ++f) forecast.frame_came(kMs);
+  EXPECT_FALSE(forecast.window());
+  for (int f = 0; f < 100; ++f) forecast.frame_came(1000 * kMs - f * kMs);
+  EXPECT_FALSE(forecast.window());
+  feed(forecast, 100, 2000 * kMs);
+  EXPECT_TRUE(forecast.window());
+}
+
 TEST(ArrivalForecast, KnowsNothingAfterAReset) {
   ArrivalForecast forecast(kShare);
   feed(forecast, 100, kMs);
