@@ -22,6 +22,10 @@ void print_fit(const RigFitResult& fit) {
       "scale {:.3f}; markers off the mesh: median {:.2f} mm, largest {:.2f} mm; landmarks: rms {:.2f} mm, largest "
       "{:.2f} mm\n",
       fit.scale, fit.median_distance_mm, largest, fit.landmark_rms_mm, fit.largest_landmark_residual_mm);
+  if (fit.identity_rms_mm > 0) {
+    fmt::print("the face was bent to the actor by {:.2f} mm rms; before, the markers were {:.2f} mm off (median)\n",
+               fit.identity_rms_mm, fit.generic_median_distance_mm);
+  }
   std::string aus;
   for (const auto& au : fit.rig.aus) aus += " " + au.name;
   fmt::print("{} AUs:{}\n", fit.rig.au_count(), aus);

@@ -27,6 +27,7 @@ void RigFitArguments::add_to(CLI::App& command) {
                   "which marker sits on which landmark: iemocap55, animface41, bu4dfe83, ibug68, or a JSON file")
       ->required();
   command.add_option("-o,--output", output, "rig file to write (JSON)")->required();
+  command.add_flag("--generic", is_generic, "turn and scale the face only; do not bend it to the actor");
   command.add_option("--name", name, "the rig's name (default: from the file name)");
   take.add_to(command);
 }
@@ -42,7 +43,9 @@ RigFitResult RigFitArguments::fit() const {
   if (place.is_auto)
     fmt::print("neutral: {} (look at it: risorius neutral {})\n", chosen.place, place.range.path.string());
   print_warnings(chosen, place, neutral);
-  RigFitResult result = fit_rig(face_of_argument(face), positions.marker_names, positions.position_mm, map);
+  RigFitOptions options;
+  options.with_identity = !is_generic;
+  RigFitResult result = fit_rig(face_of_argument(face), positions.marker_names, positions.position_mm, map, options);
   result.rig.name = name.empty() ? std::filesystem::path(output).stem().string() : name;
   result.rig.source =
       fmt::format("face {}, neutral {}, {} frames, landmarks {}",

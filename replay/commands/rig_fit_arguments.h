@@ -11,6 +11,7 @@ namespace risorius {
 
 struct RigFitArguments {
   std::string face = "builtin", neutral, landmarks, output, name;
+  bool is_generic = false;  ///< the face is not bent to the actor
   TakeArguments take;
 
   void add_to(CLI::App& command);

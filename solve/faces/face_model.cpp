@@ -1,5 +1,6 @@
 #include "solve/faces/face_model.h"
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <set>
 #include <stdexcept>
@@ -87,6 +88,31 @@ Eigen::Matrix3Xd FaceModel::deformed_mm(const Eigen::VectorXd& intensities) cons
     if (x != 0) deformed += x * parts_.aus[k].displacement_mm;
   }
   return deformed;
+}
+
+FaceModel FaceModel::without_aus() const {
+  FaceParts parts = parts_;
+  parts.aus.clear();
+  return FaceModel(std::move(parts));
+}
+
+Eigen::Vector3d FaceModel::normal(const SurfacePoint& place) const noexcept {
+  const Eigen::Vector3i v = parts_.triangles.col(place.triangle);
+  const Eigen::Vector3d a = parts_.vertices_mm.col(v[0]);
+  const Eigen::Vector3d b = parts_.vertices_mm.col(v[1]), c = parts_.vertices_mm.col(v[2]);
+  return (b - a).cross(c - a).normalized();
+}
+
+FaceModel FaceModel::warped(const IdentityWarp& warp) const {
+  FaceParts person = parts_;
+  for (Eigen::Index v = 0; v < person.vertices_mm.cols(); ++v) {
+    const Eigen::Vector3d rest_mm = parts_.vertices_mm.col(v);
+    person.vertices_mm.col(v) = warp(rest_mm);
+    if (person.aus.empty()) continue;
+    const Eigen::Matrix3d carry = warp.jacobian(rest_mm);
+    for (FaceAu& au : person.aus) au.displacement_mm.col(v) = carry * au.displacement_mm.col(v);
+  }
+  return FaceModel(std::move(person));
 }
 
 SurfacePoint place_of_vertex(const Eigen::Matrix3Xi& triangles, int vertex) noexcept {

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "solve/faces/identity_warp.h"
 #include "solve/faces/surface_tree.h"
 
 namespace risorius {
@@ -32,7 +33,7 @@ struct FaceParts {
   Eigen::Matrix3Xd vertices_mm;  ///< 3 x V
   Eigen::Matrix3Xi triangles;    ///< 3 x F, counter-clockwise seen from outside
   int skin_triangle_count =
-      0;  ///< the first so many triangles are skin, where markers can sit; the rest eyes, teeth, ...
+      0;                     ///< the first so many triangles are skin, where markers can sit; the rest eyes, teeth, ...
   Eigen::Matrix3Xd colours;  ///< for pictures: 3 x V, sRGB 0 to 1; or 3 x 0: skin all over
   std::vector<FaceAu> aus;
   std::map<std::string, SurfacePoint, std::less<>> landmarks;
@@ -62,6 +63,12 @@ class FaceModel {
   /// A field over the vertices (3 x V: positions or a displacement) at a place, interpolated over its triangle.
   Eigen::Vector3d at(const Eigen::Matrix3Xd& field, const SurfacePoint& place) const noexcept;
   Eigen::Vector3d position_mm(const SurfacePoint& place) const noexcept { return at(parts_.vertices_mm, place); }
+  /// The shape at rest alone.
+  FaceModel without_aus() const;
+  /// Another person: vertices and AUs carried over by the warp.
+  FaceModel warped(const IdentityWarp& warp) const;
+  /// Out of the skin at rest, of length 1.
+  Eigen::Vector3d normal(const SurfacePoint& place) const noexcept;
   /// The vertices with AUs applied: 3 x V. `intensities` one per AU.
   Eigen::Matrix3Xd deformed_mm(const Eigen::VectorXd& intensities) const;
 

@@ -34,6 +34,10 @@ void check(const RigFitOptions& o) {
   require(o.iterations >= 1 && o.iterations <= 1000, "iterations", o.iterations, "1 to 1000");
   require(o.robust_mm > 0, "robust_mm", o.robust_mm, "> 0");
   require(o.landmark_weight >= 0, "landmark_weight", o.landmark_weight, ">= 0");
+  require(o.identity.deviation_mm > 0, "identity.deviation_mm", o.identity.deviation_mm, "> 0");
+  require(o.identity.length_mm > 0, "identity.length_mm", o.identity.length_mm, "> 0");
+  require(o.landmark_deviation_mm > 0, "landmark_deviation_mm", o.landmark_deviation_mm, "> 0");
+  require(o.skin_deviation_mm > 0, "skin_deviation_mm", o.skin_deviation_mm, "> 0");
   require(o.least_motion_mm >= 0, "least_motion_mm", o.least_motion_mm, ">= 0");
   require(o.largest_median_mm > 0, "largest_median_mm", o.largest_median_mm, "> 0");
   require(o.largest_landmark_mm > 0, "largest_landmark_mm", o.largest_landmark_mm, "> 0");
@@ -155,6 +159,64 @@ Similarity refine(const FaceModel& face, const Seen& seen, const LandmarkPairs& 
   return world_from_face;
 }
 
+constexpr int kIdentityRounds = 6;
+
+/// The generic face bent to the actor.
+struct Bent {
+  FaceModel face;  ///< at rest, without AUs
+  IdentityWarp warp;
+};
+
+/// Landmarks pull whole, markers along the skin's normal only: where on the skin a marker sits is what the bent face
+/// tells. Markers far off pull less (Huber).
+std::vector<WarpObservation> observe(const FaceModel& generic, const FaceModel& bent, const Seen& seen,
+                                     const LandmarkPairs& pairs, const Similarity& world_from_face,
+                                     const RigFitOptions& options) {
+  const Similarity face_from_world = world_from_face.inverse();
+  std::vector<WarpObservation> observations;
+  for (Eigen::Index l = 0; l < pairs.face_mm.cols(); ++l) {
+    const Eigen::Vector3d from_mm = pairs.face_mm.col(l), to_mm = face_from_world * pairs.world_mm.col(l);
+    for (int axis = 0; axis < 3; ++axis) {
+      observations.push_back({.at_mm = from_mm,
+                              .direction = Eigen::Vector3d::Unit(axis),
+                              .shift_mm = (to_mm - from_mm)[axis],
+                              .deviation_mm = options.landmark_deviation_mm});
+    }
+  }
+  for (Eigen::Index m = 0; m < seen.world_mm.cols(); ++m) {
+    const Eigen::Vector3d at_mm = face_from_world * seen.world_mm.col(m);
+    const ClosestPoint closest = bent.closest_skin_point(at_mm);
+    const Eigen::Vector3d from_mm = generic.position_mm(closest.place), normal = bent.normal(closest.place);
+    const double doubt = std::max(1.0, closest.distance_mm * world_from_face.scale / options.robust_mm);
+    observations.push_back({.at_mm = from_mm,
+                            .direction = normal,
+                            .shift_mm = normal.dot(at_mm - from_mm),
+                            .deviation_mm = options.skin_deviation_mm * doubt});
+  }
+  return observations;
+}
+
+/// Each round bends the generic face anew, by where the markers lie on the last one. Where the head is stays: a face
+/// that fits everywhere holds nothing along its skin, and would slide from round to round.
+Bent bend(const FaceModel& generic, const Seen& seen, const LandmarkPairs& pairs, const Similarity& world_from_face,
+          const RigFitOptions& options) {
+  const FaceModel at_rest = generic.without_aus();
+  Bent bent{at_rest, {}};
+  for (int round = 0; round < kIdentityRounds; ++round) {
+    bent.warp = IdentityWarp(observe(generic, bent.face, seen, pairs, world_from_face, options), options.identity);
+    bent.face = at_rest.warped(bent.warp);
+  }
+  return bent;
+}
+
+/// At the markers, in the actor's mm.
+double bend_rms_mm(const FaceModel& generic, const IdentityWarp& warp, const RigFitResult& result) {
+  double squares = 0;
+  for (const SurfacePoint& place : result.places)
+    squares += warp.displacement_mm(generic.position_mm(place)).squaredNorm();
+  return result.scale * std::sqrt(squares / static_cast<double>(result.places.size()));
+}
+
 double median_of(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
@@ -206,30 +268,39 @@ void refuse_absurd(const Similarity& world_from_face, const LandmarkMap& map, co
   }
 }
 
-/// Places the markers on the skin; the rig's neutral and shapes in the head frame.
-void transfer(const FaceModel& face, const Seen& seen, const Similarity& world_from_face, const RigFitOptions& options,
-              RigFitResult& result) {
-  Rig& rig = result.rig;
-  const Eigen::Index markers = seen.world_mm.cols();
+/// Places the markers on the skin.
+void place(const FaceModel& face, const Seen& seen, const Similarity& world_from_face, RigFitResult& result) {
   const Similarity face_from_world = world_from_face.inverse();
-  result.head_from_world = RigidTransform{world_from_face.rotation, world_from_face.translation}.inverse();
-  result.scale = world_from_face.scale;
-  rig.marker_names = seen.names;
-  rig.neutral_mm.resize(3, markers);
-  for (Eigen::Index m = 0; m < markers; ++m) {
+  result.places.clear();
+  result.rig.fit_distance_mm.clear();
+  for (Eigen::Index m = 0; m < seen.world_mm.cols(); ++m) {
     const ClosestPoint closest = face.closest_skin_point(face_from_world * seen.world_mm.col(m));
     result.places.push_back(closest.place);
-    rig.fit_distance_mm.push_back(result.scale * closest.distance_mm);
-    rig.neutral_mm.col(m) = result.head_from_world * seen.world_mm.col(m);
+    result.rig.fit_distance_mm.push_back(world_from_face.scale * closest.distance_mm);
   }
-  result.median_distance_mm = median_of(rig.fit_distance_mm);
+  result.median_distance_mm = median_of(result.rig.fit_distance_mm);
+  result.scale = world_from_face.scale;
+}
+
+/// The rig's neutral and shapes in the head frame; a shape goes through the bend of the place where it acts.
+void transfer(const FaceModel& face, const IdentityWarp& warp, const Seen& seen, const Similarity& world_from_face,
+              const RigFitOptions& options, RigFitResult& result) {
+  Rig& rig = result.rig;
+  const Eigen::Index markers = seen.world_mm.cols();
+  result.head_from_world = RigidTransform{world_from_face.rotation, world_from_face.translation}.inverse();
+  rig.marker_names = seen.names;
+  rig.neutral_mm.resize(3, markers);
+  std::vector<Eigen::Matrix3d> carries;
+  for (Eigen::Index m = 0; m < markers; ++m) {
+    rig.neutral_mm.col(m) = result.head_from_world * seen.world_mm.col(m);
+    carries.push_back(result.scale * warp.jacobian(face.position_mm(result.places[static_cast<std::size_t>(m)])));
+  }
   for (const FaceAu& shape : face.aus()) {
     if (!shape.in_rigs) continue;
     RigAu au{shape.name, Eigen::Matrix3Xd(3, markers), shape.upper_bound};
-    for (Eigen::Index m = 0; m < markers; ++m) {
-      au.displacement_mm.col(m) =
-          result.scale * face.at(shape.displacement_mm, result.places[static_cast<std::size_t>(m)]);
-    }
+    for (std::size_t m = 0; m < carries.size(); ++m)
+      au.displacement_mm.col(static_cast<Eigen::Index>(m)) =
+          carries[m] * face.at(shape.displacement_mm, result.places[m]);
     const bool is_seen = au.displacement_mm.colwise().norm().maxCoeff() >= options.least_motion_mm;
     if (is_seen) {
       rig.aus.push_back(std::move(au));
@@ -291,9 +362,19 @@ RigFitResult fit_rig(const FaceModel& face, const std::vector<std::string>& mark
   const LandmarkPairs pairs = pairs_of(face, seen, map, result);
   const Similarity first = register_landmarks(pairs, map);
   const Similarity world_from_face = refine(face, seen, pairs, first, options);
-  transfer(face, seen, world_from_face, options, result);
+  // What is absurd is absurd of the generic face: a bent one comes close to anything.
+  place(face, seen, world_from_face, result);
   refuse_absurd(world_from_face, map, options, result);
   measure_landmarks(pairs, world_from_face, map, options, result);
+  IdentityWarp warp;
+  if (options.with_identity) {
+    const Bent bent = bend(face, seen, pairs, world_from_face, options);
+    warp = bent.warp;
+    result.generic_median_distance_mm = result.median_distance_mm;
+    place(bent.face, seen, world_from_face, result);
+    result.identity_rms_mm = bend_rms_mm(face, warp, result);
+  }
+  transfer(face, warp, seen, world_from_face, options, result);
   set_stabilisers(map, result);
   warn_of_aus_alike(result);
   result.rig.name = map.name;

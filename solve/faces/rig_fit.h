@@ -18,6 +18,10 @@ struct RigFitOptions {
   int iterations = 60;                             ///< of closest points, 1 to 1000
   double robust_mm = 8;                            ///< distance at which a marker's pull stops growing (Huber), > 0
   double landmark_weight = 0.3;                    ///< of a landmark pair beside a marker, in the refinement, >= 0
+  bool with_identity = true;                       ///< the face is bent to the actor, coarsely
+  IdentityPrior identity;                          ///< how far, and how smoothly
+  double landmark_deviation_mm = 10;               ///< of a marker from the landmark that it is mapped to, > 0
+  double skin_deviation_mm = 2;                    ///< of a marker from the skin, along the normal, > 0
   double least_motion_mm = 0.3;                    ///< an AU that moves every marker less is dropped, >= 0
   double largest_median_mm = 15;                   ///< markers to skin, median
   double largest_landmark_mm = 25;                 ///< mapped marker to its landmark
@@ -27,12 +31,14 @@ struct RigFitOptions {
 
 struct RigFitResult {
   Rig rig;
-  RigidTransform head_from_world;  ///< of the neutral as it was handed in
-  double scale = 1;                ///< actor's mm per face model's mm
-  double median_distance_mm = 0;   ///< markers to skin; per marker in rig.fit_distance_mm
-  double landmark_rms_mm = 0, largest_landmark_residual_mm = 0;
-  std::vector<SurfacePoint> places;           ///< of the rig's markers on the face model
-  std::vector<std::string> dropped_aus;       ///< no marker sees them
+  RigidTransform head_from_world;                                ///< of the neutral as it was handed in
+  double scale = 1;                                              ///< actor's mm per face model's mm
+  double median_distance_mm = 0;                                 ///< markers to skin; per marker in rig.fit_distance_mm
+  double landmark_rms_mm = 0, largest_landmark_residual_mm = 0;  ///< of the generic face
+  double generic_median_distance_mm = 0;                         ///< markers to the skin before the face was bent
+  double identity_rms_mm = 0;            ///< by how much the face was bent where the markers are; 0 without identity
+  std::vector<SurfacePoint> places;      ///< of the rig's markers on the face model's triangles
+  std::vector<std::string> dropped_aus;  ///< no marker sees them
   std::vector<std::string> left_out_markers;  ///< never seen in the neutral
   std::vector<std::string> warnings;          ///< one sentence each: unmapped landmarks, chosen stabilisers, AUs alike
 };

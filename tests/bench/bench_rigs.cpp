@@ -12,6 +12,7 @@
 #include "replay/pipeline/neutral.h"
 #include "replay/pipeline/take_frames.h"
 #include "solve/faces/builtin_face.h"
+#include "solve/faces/face_identity.h"
 #include "solve/faces/landmark_map.h"
 #include "solve/faces/rig_fit.h"
 #include "solve/rigs/left_out_markers.h"
@@ -178,6 +179,25 @@ void performed_people(bench::BenchReport& report) {
   report.add("performed: AU rmse, refined / generic", rmse_after / rmse_before);
 }
 
+/// Rigs fitted to other identities of the built-in face, whose markers sit where they belong: what bending gives.
+void other_identities(bench::BenchReport& report) {
+  constexpr std::uint64_t kIdentities = 12;
+  const FaceModel face = builtin_face();
+  double generic = 0, bent = 0;
+  for (std::uint64_t identity = 1; identity <= kIdentities; ++identity) {
+    const Rig truth = builtin_rig_of(builtin_face(face_identity_of_seed(identity)));
+    for (const bool is_bent : {false, true}) {
+      RigFitOptions options;
+      options.with_identity = is_bent;
+      const Rig rig =
+          fit_rig(face, truth.marker_names, truth.neutral_mm, find_landmark_map(kBuiltinLayout), options).rig;
+      (is_bent ? bent : generic) += wrong_share(rig, truth) / kIdentities;
+    }
+  }
+  report.add("other identities: basis off, unbent", 100 * generic);
+  report.add("other identities: basis off, bent / unbent", bent / generic);
+}
+
 }  // namespace
 }  // namespace risorius
 
@@ -193,5 +213,6 @@ int main(int argc, char** argv) {
               report);
   }
   performed_people(report);
+  other_identities(report);
   return report.finish();
 }

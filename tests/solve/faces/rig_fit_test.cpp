@@ -8,6 +8,7 @@
 
 #include "capture/errors.h"
 #include "solve/faces/builtin_face.h"
+#include "solve/faces/face_identity.h"
 
 namespace {
 
@@ -77,6 +78,47 @@ TEST(RigFit, SurvivesMarkersOffTheSkin) {
   EXPECT_GT(*std::max_element(fit.rig.fit_distance_mm.begin(), fit.rig.fit_distance_mm.end()), 25);
   const Eigen::Quaterniond turned = fit.head_from_world.rotation;
   EXPECT_LT(turned.angularDistance(Eigen::Quaterniond::Identity()), 0.05);
+}
+
+/// Energy of what the rig's AUs differ from the truth's, over the truth's.
+double wrong_share(const Rig& fitted, const Rig& truth) {
+  double wrong = 0, all = 0;
+  for (const RigAu& au : fitted.aus) {
+    const auto of_truth = std::ranges::find(truth.aus, au.name, &RigAu::name);
+    if (of_truth == truth.aus.end()) continue;
+    wrong += (au.displacement_mm - of_truth->displacement_mm).squaredNorm();
+    all += of_truth->displacement_mm.squaredNorm();
+  }
+  return wrong / all;
+}
+
+TEST(RigFit, BendsTheFaceTowardsWhoeverElseItIs) {
+  double generic = 0, bent = 0;
+  RigFitOptions without;
+  without.with_identity = false;
+  for (std::uint64_t person = 1; person <= 4; ++person) {
+    const Rig truth = builtin_rig_of(builtin_face(face_identity_of_seed(person)));
+    const RigFitResult g = fit_rig(face(), truth.marker_names, truth.neutral_mm, map55(), without);
+    const RigFitResult b = fit_rig(face(), truth.marker_names, truth.neutral_mm, map55());
+    EXPECT_EQ(g.identity_rms_mm, 0);
+    EXPECT_GT(b.identity_rms_mm, 0.1) << person;
+    EXPECT_LT(b.median_distance_mm, 0.7 * b.generic_median_distance_mm) << person;
+    EXPECT_EQ(b.generic_median_distance_mm, g.median_distance_mm) << person;
+    EXPECT_EQ(b.landmark_rms_mm, g.landmark_rms_mm) << "told of the generic face, whose fit is judged by it";
+    generic += wrong_share(g.rig, truth);
+    bent += wrong_share(b.rig, truth);
+  }
+  EXPECT_LT(bent, 0.9 * generic) << "of the energy of the AUs' displacements";
+}
+
+TEST(RigFit, RefusesWhatABentFaceWouldComeCloseTo) {
+  Eigen::Matrix3Xd flat = rig().neutral_mm;
+  flat.row(2) *= -1;  // a face turned inside out
+  RigFitOptions options;
+  options.identity.deviation_mm = 1000;
+  EXPECT_NE(refusal_of(flat, map55(), options), "fitted");
+  options.skin_deviation_mm = 0;
+  EXPECT_THROW(fit_rig(face(), rig().marker_names, rig().neutral_mm, map55(), options), std::invalid_argument);
 }
 
 TEST(RigFit, IsDeterministic) {
