@@ -1,8 +1,8 @@
 // When the next frame of a stream is due, from the rhythm of those before it.
 //
-// A processor that sleeps between frames wakes in some 50 us per thread on the frame's way, and works slowly at first.
-// Threads that are awake when the frame comes save that; how long they may be awake for nothing is bounded by a share
-// of the frame time. A stream whose rhythm is looser than that share is slept through as before. One thread; the
+// A processor that sleeps between frames wakes in some 50 us for each thread on the frame's way, and works slowly at
+// first. Threads that are awake when the frame comes save that; how long they may be awake for nothing is bounded by a
+// share of the frame time. A stream whose rhythm is looser than that share is slept through as before. One thread; the
 // counters are read from any.
 #pragma once
 
@@ -41,7 +41,7 @@ class ArrivalForecast {
   /// In which to be awake for the next frame; none while the rhythm is unknown or too loose.
   const std::optional<Window>& window() const noexcept { return window_; }
 
-  /// Frames that came within their window, and such that came before or after it.
+  /// Frames that came within their window, and such that came before or after it; those without a window are neither.
   const Counter& foreseen() const noexcept { return foreseen_; }
   const Counter& missed() const noexcept { return missed_; }
 
@@ -49,9 +49,10 @@ class ArrivalForecast {
   static constexpr int kFramesToLearn = 16;
   static constexpr int kMostOffRhythm = 16;  ///< in a row; then it is another rhythm
   static constexpr std::int64_t kMostLost = 8;
+  static constexpr double kLoosest = 0.1;  ///< mean absolute deviation, in periods
   // Of a loop that follows the phase and the period of the arrivals.
   static constexpr double kPhaseGain = 0.1, kPeriodGain = 0.005, kDeviationGain = 1.0 / 32;
-  static constexpr double kWakingNs = 80e3;    ///< of two threads, one after the other
+  static constexpr double kWakingNs = 80e3;    ///< of the I/O thread, and of the pipeline's, which it wakes
   static constexpr double kSlackNs = 20e3;     ///< beyond the deviation, at the end
   static constexpr double kDeviations = 2;     ///< mean absolute ones, at both ends
   static constexpr double kLongestNs = 300e3;  ///< whatever the share
@@ -62,18 +63,21 @@ class ArrivalForecast {
     const double surprise_ns = static_cast<double>(receive_ns - due_ns_);
     const double frames_lost = std::round(surprise_ns / period_ns_);
     const double error_ns = surprise_ns - frames_lost * period_ns_;
+    if (frames_lost > kMostLost) {  // after a silence the phase is another, the period is not
+      off_rhythm_ = 0;
+      due_ns_ = receive_ns + static_cast<std::int64_t>(period_ns_);
+      return;
+    }
     const bool is_between = frames_lost < 0 || std::abs(error_ns) > 0.25 * period_ns_;
     // A lost frame, a burst, a frame between the beats: no other rhythm, unless it goes on.
     off_rhythm_ = is_between || frames_lost > 0 ? off_rhythm_ + 1 : 0;
     if (off_rhythm_ > kMostOffRhythm) return reset();
     if (is_between) return;
-    if (frames_lost > kMostLost) {  // after a silence the phase is another, the period is not
-      due_ns_ = receive_ns + static_cast<std::int64_t>(period_ns_);
-      return;
-    }
     period_ns_ += kPeriodGain * error_ns;
     deviation_ns_ += kDeviationGain * (std::abs(error_ns) - deviation_ns_);
     due_ns_ += static_cast<std::int64_t>((frames_lost + 1) * period_ns_ + kPhaseGain * error_ns);
+    // A rate near 4:5 or 5:6 of the old one falls in with it now and then, so that nothing is off "in a row".
+    if (deviation_ns_ > kLoosest * period_ns_) reset();
   }
 
   /// The mean of the first frame times, and their mean deviation from it, is where the loop begins.
@@ -87,8 +91,8 @@ class ArrivalForecast {
           std::abs(static_cast<double>(arrivals_ns_[i] - arrivals_ns_[i - 1]) - period_ns_) / (kFramesToLearn - 1);
     }
     due_ns_ = receive_ns + static_cast<std::int64_t>(period_ns_);
-    // Frames were lost, or there is no rhythm, or faster than one that is ever waited for.
-    if (period_ns_ < kWakingNs || deviation_ns_ > 0.25 * period_ns_) reset();
+    // A frame was lost, or there is no rhythm, or a faster one than is ever waited for.
+    if (period_ns_ < kWakingNs || deviation_ns_ > kLoosest * period_ns_) reset();
   }
 
   /// Where the deviation asks for more than the share, as much of it as the share allows.

@@ -34,13 +34,14 @@ class Channel {
     return true;
   }
   void ring() noexcept { bell_.ring(); }
-  /// An item will follow within microseconds: the consumer wakes while the producer still works on it, so that the time
-  /// that waking takes does not come on top. Who has something to work on is awake, and is not told.
+  /// Producer. An item will follow within microseconds: the consumer wakes while the producer still works on it, so
+  /// that the time that waking takes does not come on top. Who has something to work on is awake, and is not told.
   void announce() noexcept { announce(monotonic_now_ns() + kPatienceNs); }
   /// The same of an item that should come until then.
   void announce(std::int64_t until_ns) noexcept {
     if (queue_.size() > 0) return;
-    awake_until_ns_.store(until_ns, std::memory_order_release);
+    if (until_ns > awake_until_ns_.load(std::memory_order_relaxed))  // of several sources, the one that is due last
+      awake_until_ns_.store(until_ns, std::memory_order_release);
     bell_.ring();
   }
 
@@ -50,10 +51,12 @@ class Channel {
     bell_.wait();
     const auto waited_for = [this] { return awake_until_ns_.load(std::memory_order_acquire); };
     while (queue_.front() == nullptr && monotonic_now_ns() < waited_for()) std::this_thread::yield();
-    if (queue_.front() != nullptr) awake_until_ns_.store(0, std::memory_order_relaxed);  // not waited for a second time
   }
   const T* front() noexcept { return queue_.front(); }
-  void release() noexcept { queue_.release(); }
+  void release() noexcept {
+    awake_until_ns_.store(0, std::memory_order_relaxed);  // it has come, and is not waited for a second time
+    queue_.release();
+  }
 
   std::uint64_t refused_frames() const noexcept { return refused_frames_.value(); }
   std::uint64_t refused_control() const noexcept { return queue_.refused(); }

@@ -63,7 +63,9 @@ void visit_queues(V& v, C& c) {
 template <class V, class C>
 void visit_latency(V& v, C& c) {
   v.number("awake_share", c.awake_share, 0, 1,
-           "of a frame time, that threads may be awake before a frame is due, for it to pass sooner; 0 = they sleep");
+           "of a frame time (at most 0.3 ms of it, divided by the sources), that threads may be awake before a frame "
+           "is due, "
+           "for it to pass sooner; 0 = they sleep");
 }
 
 template <class V, class C>

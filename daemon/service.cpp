@@ -129,9 +129,11 @@ Service::Service(const Config& config, PipelineThread::AllocationProbe allocatio
     session_ = std::make_unique<SessionRecorder>(streams_.size(), static_cast<std::size_t>(config_.queues.session_mib)
                                                                       << 20);  // full: not recorded, counted
   }
+  // The threads serve all sources: each may keep them awake for its part of the share.
+  const double awake_share = config_.latency.awake_share / static_cast<double>(config_.sources.size());
   for (std::uint32_t i = 0; i < config_.sources.size(); ++i) {
     inputs_.emplace_back(
-        io_, i, config_.sources[i], config_.latency, admitted_,
+        io_, i, config_.sources[i], awake_share, admitted_,
         [this] {
           publisher_->request_status();
           look_for_silence();

@@ -35,8 +35,8 @@ class Service {
 
   /// Before run(): what to do with Notices, called on the I/O thread.
   void on_notice(std::function<void(const std::string& line)> notice) { notice_ = std::move(notice); }
-  /// Runs the I/O thread's event loop in the calling thread until SIGINT, SIGTERM, SIGHUP, a stop command or stop(); then works
-  /// off everything that was admitted and completes the recording. Once.
+  /// Runs the I/O thread's event loop in the calling thread until SIGINT, SIGTERM, SIGHUP, a stop command or stop();
+  /// then works off everything that was admitted and completes the recording. Once.
   void run();
   /// From any thread.
   void stop();

@@ -16,8 +16,8 @@ constexpr double kLiveSkewPpm = 2000;
 }  // namespace
 
 StreamInput::StreamInput(boost::asio::io_context& io, std::uint32_t stream_id, const SourceConfig& config,
-                         const LatencyConfig& latency, Channel<AdmittedItem>& admitted,
-                         std::function<void()> on_state_change, SessionRecorder* session)
+                         double awake_share, Channel<AdmittedItem>& admitted, std::function<void()> on_state_change,
+                         SessionRecorder* session)
     : name_(config.name),
       stream_id_(stream_id),
       admitted_(admitted),
@@ -29,7 +29,7 @@ StreamInput::StreamInput(boost::asio::io_context& io, std::uint32_t stream_id, c
       tick_timer_(io),
       tick_period_ns_(std::max<std::int64_t>(1'000'000, config.stages.reorder.timeout_ns / 4)),
       watchdog_timer_(io),
-      forecast_(latency.awake_share),
+      forecast_(awake_share),
       forecast_timer_(io),
       on_state_change_(std::move(on_state_change)) {
   if (session_ != nullptr) source_->tap_raw(session_->raw_tap(stream_id_));
@@ -39,12 +39,12 @@ void StreamInput::start() { source_->start(); }
 
 void StreamInput::stop() {
   source_->stop();
-  tick_timer_.cancel();
-  watchdog_timer_.cancel();
-  forecast_timer_.cancel();
   source_->flush();
   on_ready();
   end_stream();
+  tick_timer_.cancel();
+  watchdog_timer_.cancel();
+  forecast_timer_.cancel();
 }
 
 bool StreamInput::admit_neutral_capture(std::int64_t duration_ns) {
@@ -202,8 +202,11 @@ std::string_view StreamInput::state() const noexcept {
 /// After the frame is on its way.
 void StreamInput::note_arrival(const FrameHeader& header) noexcept {
   if (watchdog_.frame_came(header.receive_time_ns)) on_state_change_();
-  if (!stream_open_) watchdog_.stream_ended();  // a straggler, after which no others are due
-  forecast_.frame_came(header.receive_time_ns);
+  if (stream_open_) {
+    forecast_.frame_came(header.receive_time_ns);
+  } else {
+    watchdog_.stream_ended();  // a straggler, after which no others are due
+  }
   clock_.add_arrival(header.capture_time_ns, header.receive_time_ns);
   if (!clock_.known() || std::abs(clock_.skew_ppm()) > kLiveSkewPpm) return;
   exposure_to_received_.add(difference_ns(header.receive_time_ns, clock_.to_ours_ns(header.capture_time_ns)));

@@ -31,10 +31,10 @@ namespace risorius {
 class StreamInput {
  public:
   /// `on_state_change`: called on the I/O thread when the stream goes stale or comes back. `session`: records what is
-  /// received and admitted; may be null. Throws UserError if the address cannot be bound.
-  StreamInput(boost::asio::io_context& io, std::uint32_t stream_id, const SourceConfig& config,
-              const LatencyConfig& latency, Channel<AdmittedItem>& admitted, std::function<void()> on_state_change,
-              SessionRecorder* session);
+  /// received and admitted; may be null. `awake_share`: of ArrivalForecast. Throws UserError if the address cannot be
+  /// bound.
+  StreamInput(boost::asio::io_context& io, std::uint32_t stream_id, const SourceConfig& config, double awake_share,
+              Channel<AdmittedItem>& admitted, std::function<void()> on_state_change, SessionRecorder* session);
 
   void start();
   /// Closes the socket and admits what is left, then the end of the stream.

@@ -48,8 +48,9 @@ RigFitResult RigFitArguments::fit() const {
   RigFitResult result = fit_rig(face_of_argument(face), positions.marker_names, positions.position_mm, map, options);
   result.rig.name = name.empty() ? std::filesystem::path(output).stem().string() : name;
   result.rig.source =
-      fmt::format("face {}, neutral {}, {} frames, landmarks {}",
+      fmt::format("face {}{}, neutral {}, {} frames, landmarks {}",
                   std::filesystem::path(face).lexically_normal().filename().string(),
+                  is_generic ? " (not bent)" : fmt::format(" bent by {:.2f} mm rms", result.identity_rms_mm),
                   std::filesystem::path(chosen.place).filename().string(), positions.frame_count, map.name);
   return result;
 }

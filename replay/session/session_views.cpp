@@ -36,8 +36,8 @@ constexpr std::string_view kMarkerViewSchema = R"json({
 
 constexpr std::uint8_t kFoxgloveUint8 = 1, kFoxgloveFloat32 = 7;
 constexpr float kMetresPerMm = 0.001F;
-/// Of a quarter turn about x, as quaternion: our y is up, viewers' z.
-constexpr double kHalf = std::numbers::sqrt2 / 2;
+/// x and w of the quaternion of a quarter turn about x: our y is up, viewers' z.
+constexpr double kQuarterTurn = std::numbers::sqrt2 / 2;
 
 nlohmann::json time_json(std::int64_t utc_ns) {
   return {{"sec", utc_ns / 1'000'000'000}, {"nsec", utc_ns % 1'000'000'000}};
@@ -110,7 +110,7 @@ std::string marker_view_json(std::span<const std::byte> msgpack, std::int64_t ut
       {"frame_id", "world"},
       {"pose",
        {{"position", {{"x", 0}, {"y", 0}, {"z", 0}}},
-        {"orientation", {{"x", kHalf}, {"y", 0}, {"z", 0}, {"w", kHalf}}}}},
+        {"orientation", {{"x", kQuarterTurn}, {"y", 0}, {"z", 0}, {"w", kQuarterTurn}}}}},
       {"point_stride", 13},
       {"fields", fields},
       {"data", base64(packed_points(message.at("positions_mm"), message.at("states").get<std::string>()))}};

@@ -90,12 +90,6 @@ Eigen::Matrix3Xd FaceModel::deformed_mm(const Eigen::VectorXd& intensities) cons
   return deformed;
 }
 
-FaceModel FaceModel::without_aus() const {
-  FaceParts parts = parts_;
-  parts.aus.clear();
-  return FaceModel(std::move(parts));
-}
-
 Eigen::Vector3d FaceModel::normal(const SurfacePoint& place) const noexcept {
   const Eigen::Vector3i v = parts_.triangles.col(place.triangle);
   const Eigen::Vector3d a = parts_.vertices_mm.col(v[0]);
@@ -103,14 +97,11 @@ Eigen::Vector3d FaceModel::normal(const SurfacePoint& place) const noexcept {
   return (b - a).cross(c - a).normalized();
 }
 
-FaceModel FaceModel::warped(const IdentityWarp& warp) const {
+FaceModel FaceModel::warped_at_rest(const IdentityWarp& warp) const {
   FaceParts person = parts_;
+  person.aus.clear();
   for (Eigen::Index v = 0; v < person.vertices_mm.cols(); ++v) {
-    const Eigen::Vector3d rest_mm = parts_.vertices_mm.col(v);
-    person.vertices_mm.col(v) = warp(rest_mm);
-    if (person.aus.empty()) continue;
-    const Eigen::Matrix3d carry = warp.jacobian(rest_mm);
-    for (FaceAu& au : person.aus) au.displacement_mm.col(v) = carry * au.displacement_mm.col(v);
+    person.vertices_mm.col(v) = warp(parts_.vertices_mm.col(v));
   }
   return FaceModel(std::move(person));
 }

@@ -63,10 +63,8 @@ class FaceModel {
   /// A field over the vertices (3 x V: positions or a displacement) at a place, interpolated over its triangle.
   Eigen::Vector3d at(const Eigen::Matrix3Xd& field, const SurfacePoint& place) const noexcept;
   Eigen::Vector3d position_mm(const SurfacePoint& place) const noexcept { return at(parts_.vertices_mm, place); }
-  /// The shape at rest alone.
-  FaceModel without_aus() const;
-  /// Another person: vertices and AUs carried over by the warp.
-  FaceModel warped(const IdentityWarp& warp) const;
+  /// Another person at rest, without AUs: the vertices carried over by the warp.
+  FaceModel warped_at_rest(const IdentityWarp& warp) const;
   /// Out of the skin at rest, of length 1.
   Eigen::Vector3d normal(const SurfacePoint& place) const noexcept;
   /// The vertices with AUs applied: 3 x V. `intensities` one per AU.

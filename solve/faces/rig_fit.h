@@ -15,16 +15,16 @@
 namespace risorius {
 
 struct RigFitOptions {
-  int iterations = 60;                             ///< of closest points, 1 to 1000
-  double robust_mm = 8;                            ///< distance at which a marker's pull stops growing (Huber), > 0
-  double landmark_weight = 0.3;                    ///< of a landmark pair beside a marker, in the refinement, >= 0
-  bool with_identity = true;                       ///< the face is bent to the actor, coarsely
-  IdentityPrior identity;                          ///< how far, and how smoothly
-  double landmark_deviation_mm = 10;               ///< of a marker from the landmark that it is mapped to, > 0
-  double skin_deviation_mm = 2;                    ///< of a marker from the skin, along the normal, > 0
-  double least_motion_mm = 0.3;                    ///< an AU that moves every marker less is dropped, >= 0
-  double largest_median_mm = 15;                   ///< markers to skin, median
-  double largest_landmark_mm = 25;                 ///< mapped marker to its landmark
+  int iterations = 60;                ///< of closest points, 1 to 1000
+  double robust_mm = 8;               ///< distance at which a marker's pull stops growing (Huber), > 0
+  double landmark_weight = 0.3;       ///< of a landmark pair beside a marker, in the refinement, >= 0
+  bool with_identity = true;          ///< the face is bent to the actor, coarsely
+  IdentityPrior identity;             ///< how far, and how smoothly, in the face's mm
+  double landmark_deviation_mm = 10;  ///< of a marker from its landmark, in the face's mm, > 0
+  double skin_deviation_mm = 2;       ///< of a marker from the skin, along the normal, in the face's mm, > 0
+  double least_motion_mm = 0.3;       ///< an AU that moves every marker less is dropped, >= 0
+  double largest_median_mm = 15;      ///< markers to skin, median
+  double largest_landmark_mm = 25;    ///< mapped marker to its landmark
   double smallest_scale = 0.5, largest_scale = 2;  ///< actor / face
   double largest_tilt_degrees = 60;                ///< head's up to the world's up; 180 for actors who lie
 };

@@ -223,8 +223,8 @@ int measure() {
              median_excess_us(through_recording, through_echo, &Way::block_p99_us) * 1e-3);
   report.add("frames unanswered", static_cast<double>(through_daemon.unanswered));
   const auto& forecast = status.at("forecast");
-  const auto foreseen = forecast.at("foreseen").get<double>(), missed = forecast.at("missed").get<double>();
-  report.add("frames that the daemon was awake for", 100 * foreseen / std::max(1.0, foreseen + missed));
+  const auto received = status.at("admission").at("received").get<double>();
+  report.add("frames that came when expected", 100 * forecast.at("foreseen").get<double>() / std::max(1.0, received));
   const auto inside = [&status](const char* way) {
     return status.at("latency_us").at(way).at("p50").get<double>() * 1e-3;
   };

@@ -92,6 +92,47 @@ TEST(ArrivalForecast, SurvivesFramesThatAllComeAtOnceAndOnesFromBefore) {
   EXPECT_TRUE(forecast.window());
 }
 
+TEST(ArrivalForecast, LearnsARateThatFallsInWithTheOldOneNowAndThen) {
+  for (const std::int64_t frame_time : {kFrameTime * 6 / 5, kFrameTime * 4 / 5, kFrameTime * 5 / 4}) {
+    ArrivalForecast forecast(kShare);
+    std::int64_t at_ns = feed(forecast, 100, kMs);
+    for (int f = 0; f < 250; ++f) forecast.frame_came(at_ns += frame_time);
+    ASSERT_TRUE(forecast.window()) << frame_time;
+    EXPECT_GT(forecast.window()->until_ns, at_ns + frame_time);
+    EXPECT_LT(forecast.window()->from_ns, at_ns + frame_time);
+  }
+}
+
+TEST(ArrivalForecast, IsNotMisledByFramesThatWereLostWhileItLearnt) {
+  ArrivalForecast forecast(kShare);
+  for (int f = 0; f < 100; ++f) {
+    if (f != 3 && f != 9) forecast.frame_came(kMs + f * kFrameTime);
+  }
+  EXPECT_GT(forecast.foreseen().value(), 50u);
+}
+
+TEST(ArrivalForecast, GoesOnAtAnotherPhaseAfterASilence) {
+  ArrivalForecast forecast(kShare);
+  const std::int64_t last_ns = feed(forecast, 100, kMs);
+  const auto foreseen = forecast.foreseen().value();
+  feed(forecast, 50, last_ns + 1000 * kFrameTime + kFrameTime / 2);
+  EXPECT_EQ(forecast.missed().value(), 1u);
+  EXPECT_EQ(forecast.foreseen().value(), foreseen + 49);
+}
+
+TEST(ArrivalForecast, NeverAsksForMoreThanTheShareNorForMoreThanTheCap) {
+  for (const std::int64_t jitter_ns : {0L, 40 * kUs, 100 * kUs, 200 * kUs}) {
+    ArrivalForecast forecast(kShare), generous(1);
+    feed(forecast, 1000, kMs, jitter_ns);
+    feed(generous, 1000, kMs, jitter_ns);
+    if (forecast.window()) {
+      EXPECT_LE(forecast.window()->until_ns - forecast.window()->from_ns, 251 * kUs) << jitter_ns;
+    }
+    ASSERT_TRUE(generous.window()) << jitter_ns;
+    EXPECT_LE(generous.window()->until_ns - generous.window()->from_ns, 301 * kUs);
+  }
+}
+
 TEST(ArrivalForecast, KnowsNothingAfterAReset) {
   ArrivalForecast forecast(kShare);
   feed(forecast, 100, kMs);

@@ -33,9 +33,19 @@ TEST(Config, PrintedConfigurationReadsBackEqual) {
   config.sources[1].stages.pipeline.fill.max_gap_ns = 123'456'789;
   config.sources[1].stages.pipeline.despike.method = DespikeMethod::kDisplacement;
   config.output.status_interval_s = 0.1;
+  config.latency.awake_share = 0.02;
   const std::string printed = print_config(config);
   EXPECT_EQ(print_config(parse_config(printed, "printed.toml")), printed);
   EXPECT_EQ(parse_config(printed, "printed.toml").sources[1].stages.pipeline.fill.max_gap_ns, 123'456'789);
+  EXPECT_EQ(parse_config(printed, "printed.toml").latency.awake_share, 0.02);
+  EXPECT_THROW(parse_config("[latency]\nawake_share = 1.5\n", "much.toml"), UserError);
+}
+
+TEST(Config, RecordedWithASessionIsReadForItsStages) {
+  Config config = default_config();
+  config.sources[0].stages.pipeline.fill.max_gap_ns = 123'456'789;
+  const StageConfig stages = parse_stage_config(print_config(config), "session.mcap: config", config.sources[0].name);
+  EXPECT_EQ(stages.pipeline.fill.max_gap_ns, 123'456'789);
 }
 
 TEST(Config, StageTablesAtTheTopHoldForAllSourcesUnlessOverridden) {

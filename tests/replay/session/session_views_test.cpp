@@ -1,5 +1,6 @@
 #include "replay/session/session_views.h"
 
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -38,7 +39,8 @@ TEST(SessionViews, OfAusListEachAuOfTheStreamAndNothingElse) {
   const json schema = json::parse(au_view_schema({"AU1", "AU12L"}));
   EXPECT_EQ(schema.at("properties").at("au").at("properties").dump(),
             R"({"AU1":{"type":"number"},"AU12L":{"type":"number"}})")
-      << "no two streams share a schema";
+      << "as of this stream";
+  EXPECT_NE(au_view_schema_name("anna"), au_view_schema_name("ben"));
 }
 
 TEST(SessionViews, OfAusLeaveOutWhatWasNotObserved) {
@@ -49,6 +51,17 @@ TEST(SessionViews, OfAusLeaveOutWhatWasNotObserved) {
   EXPECT_FALSE(view.contains("residual_rms_mm"));
   EXPECT_EQ(view.at("timestamp").dump(), R"({"nsec":500000000,"sec":1})");
   EXPECT_EQ(view.at("sequence"), 7);
+}
+
+TEST(SessionViews, OfMarkersStandUprightWhereZIsUp) {
+  const json message{{"positions_mm", {0, 1000, 0, nullptr, nullptr, nullptr}}, {"states", "MX"}};
+  const json view = json::parse(marker_view_json(packed(message), 0));
+  const auto turn = view.at("pose").at("orientation");
+  const Eigen::Quaterniond rotation(turn.at("w").get<double>(), turn.at("x").get<double>(), turn.at("y").get<double>(),
+                                    turn.at("z").get<double>());
+  EXPECT_LT((rotation * Eigen::Vector3d::UnitY() - Eigen::Vector3d::UnitZ()).norm(), 1e-12);
+  EXPECT_EQ(view.at("point_stride"), 13);
+  EXPECT_EQ(view.at("data").get<std::string>().size(), 20u) << "13 bytes in base64: the missing marker is left out";
 }
 
 TEST(SessionViews, OfWhatIsNoSuchMessageAreEmpty) {
