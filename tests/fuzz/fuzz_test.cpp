@@ -1,5 +1,5 @@
-// Each fuzz target over its seeds, over the inputs of past findings (corpus/NAME), and over seeded mutations of both: a
-// moment of ./run fuzz in every run of the suite, under whatever sanitizer it has.
+// Each fuzz target over its seeds, over what long runs and past findings left (corpus/NAME), and over seeded mutations of
+// both: a moment of ./run fuzz in every run of the suite, under whatever sanitizer it has.
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -16,7 +16,7 @@ void PrintTo(const Target& target, std::ostream* out) { *out << target.name; }
 
 namespace {
 
-constexpr int kMutations = 600;  // of each target
+constexpr int kMutations = 3000;  // of each target
 constexpr std::size_t kMostBytes = 20'000;
 
 std::vector<Bytes> corpus_of(const Target& target) {
@@ -82,6 +82,7 @@ TEST_P(Fuzz, TargetTakesItsSeedsPastFindingsAndMutationsOfThem) {
   const Target& target = GetParam();
   const auto corpus = corpus_of(target);
   ASSERT_FALSE(target.seeds().empty());
+  ASSERT_GT(corpus.size(), target.seeds().size()) << "no tests/fuzz/corpus/" << target.name << ": tests/fuzz/distil";
   target.run({});
   for (const Bytes& input : corpus) target.run(input);
   Random random(20, 0);
