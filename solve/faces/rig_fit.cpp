@@ -159,7 +159,7 @@ Similarity refine(const FaceModel& face, const Seen& seen, const LandmarkPairs& 
   return world_from_face;
 }
 
-constexpr int kIdentityRounds = 6;  // the places of the markers then move by less than 0.01 mm from round to round
+constexpr int kIdentityRounds = 6;
 
 /// The generic face bent to the actor.
 struct Bent {

@@ -1,6 +1,6 @@
 // What the daemon adds between a marker datagram and its AU message: 240 Hz x 60 markers on loopback, against a bare
 // echo (UDP in, ZeroMQ PUB out, nothing between) through the same kinds of socket, in alternating blocks of one run. A
-// second daemon records what it solves.
+// second daemon records what it solves; the threads of a third sleep until a frame comes (awake_share 0).
 #include <algorithm>
 #include <arpa/inet.h>
 #include <array>
@@ -23,6 +23,7 @@
 #include "replay/performer/performer.h"
 #include "solve/faces/builtin_face.h"
 #include "support/process.h"
+#include "support/process_usage.h"
 #include "support/test_data.h"
 #include "system/running_daemon.h"
 
@@ -186,25 +187,34 @@ int measure() {
   const test::TemporaryFolder recording_folder;
   test::RunningDaemon recording(recording_folder.path(), source);
   Way through_recording = way_through(recording, context);
+  const test::TemporaryFolder sleeping_folder;
+  test::RunningDaemon sleeping(sleeping_folder.path(), "[latency]\nawake_share = 0\n" + source, "",
+                               test::Recording::kOff);
+  Way through_sleeping = way_through(sleeping, context);
   Way through_echo{loopback(echo.udp_port()), subscribe(context, echo.publish()), {}, {}, 0};
-  const std::array ways{&through_daemon, &through_recording, &through_echo};
+  const std::array ways{&through_daemon, &through_recording, &through_sleeping, &through_echo};
   const int udp = ::socket(AF_INET, SOCK_DGRAM, 0);
   Stream stream;
   const auto set = stream.set_datagram();
-  for (const Way* way : {&through_daemon, &through_recording}) {
+  for (const Way* way : {&through_daemon, &through_recording, &through_sleeping}) {
     sendto(udp, set.data(), set.size(), 0, reinterpret_cast<const sockaddr*>(&way->target), sizeof way->target);
   }
 
+  double awake_s = 0, sleeping_s = 0;  // processor time of the two
   for (int block = -1; block < kBlocks; ++block) {
     std::vector<std::vector<std::byte>> datagrams;
     for (int i = 0; i < kFramesPerBlock; ++i) datagrams.push_back(stream.next_datagram());
     for (Way* way : ways) run_block(*way, udp, datagrams);
     if (block < 0) {  // warm-up
       for (Way* way : ways) *way = {way->target, std::move(way->answers), {}, {}, 0};
+      awake_s = -test::processor_seconds(daemon.process().id());
+      sleeping_s = -test::processor_seconds(sleeping.process().id());
     }
     fmt::print(stderr, "\rblock {} of {} ", block + 1, kBlocks);
   }
   fmt::print(stderr, "\n");
+  awake_s += test::processor_seconds(daemon.process().id());
+  sleeping_s += test::processor_seconds(sleeping.process().id());
   const auto status = daemon.status().at("streams").at("face");
   close(udp);
 
@@ -221,6 +231,13 @@ int measure() {
              median_excess_us(through_recording, through_echo, &Way::block_p50_us) * 1e-3);
   report.add("while recording: excess p99, median over blocks",
              median_excess_us(through_recording, through_echo, &Way::block_p99_us) * 1e-3);
+  report.add("with awake_share 0: excess p50, median over blocks",
+             median_excess_us(through_sleeping, through_echo, &Way::block_p50_us) * 1e-3);
+  report.add("with awake_share 0: excess p99, median over blocks",
+             median_excess_us(through_sleeping, through_echo, &Way::block_p99_us) * 1e-3);
+  constexpr double kStreamed = kBlocks * kFramesPerBlock / kRateHz;  // s
+  report.add("processor time while streaming", 100 * awake_s / kStreamed);
+  report.add("with awake_share 0: processor time while streaming", 100 * sleeping_s / kStreamed);
   report.add("frames unanswered", static_cast<double>(through_daemon.unanswered));
   const auto& forecast = status.at("forecast");
   const auto received = status.at("admission").at("received").get<double>();
@@ -234,6 +251,7 @@ int measure() {
   report.add("inside the daemon, solved to publish, p50", inside("solved_to_published"));
   daemon.end();
   recording.end();
+  sleeping.end();
   return report.finish();
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <sys/types.h>
@@ -22,6 +23,14 @@ inline ProcessUsage usage_of(pid_t id) {
   usage.resident_bytes = resident_pages * static_cast<double>(sysconf(_SC_PAGESIZE));
   for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder / "fd")) ++usage.descriptors;
   return usage;
+}
+
+/// That all its threads have worked so far.
+inline double processor_seconds(pid_t id) {
+  clockid_t clock{};
+  timespec time{};
+  if (clock_getcpuclockid(id, &clock) != 0 || clock_gettime(clock, &time) != 0) return 0;
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
 }  // namespace risorius::test
