@@ -1,6 +1,9 @@
 // Takes over real sockets through the real daemon: what is recorded equals the offline causal run bit for bit, ledgers
 // balance and nothing is lost.
+#include <chrono>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <thread>
 
 #include "support/process.h"
 #include "support/test_data.h"
@@ -10,13 +13,15 @@
 namespace risorius::test {
 namespace {
 
+const char* const kFace = "[[source]]\nname = \"face\"\nlisten = \"udp://127.0.0.1:0\"\n";
+
 TEST(Streaming, BuiltinOverUdpEqualsOffline) {
   TemporaryFolder folder;
   const auto offline = folder.path() / "offline";
   const auto made = run(
       {program("risorius").string(), "dataset", "builtin:4", "--rig", "builtin", "--causal", "-o", offline.string()});
   ASSERT_EQ(made.exit_code, 0) << made.output;
-  RunningDaemon daemon(folder.path(), "[[source]]\nname = \"face\"\nlisten = \"udp://127.0.0.1:0\"\n");
+  RunningDaemon daemon(folder.path(), kFace);
   ASSERT_TRUE(daemon.up()) << daemon.process().output();
   const auto sent =
       run({program("risorius").string(), "replay", "builtin:4", "--to", daemon.input("face"), "--speed", "4"});
@@ -30,6 +35,41 @@ TEST(Streaming, BuiltinOverUdpEqualsOffline) {
   const auto checked =
       run({"sh", "-c", "cd '" + daemon.dataset().string() + "' && sha256sum -c --quiet manifest-sha256.txt"});
   EXPECT_EQ(checked.exit_code, 0) << checked.output;
+}
+
+/// Of a stream of 120 Hz that goes on, when `enough` or 30 s have passed.
+template <class Enough>
+nlohmann::json forecast_of(const RunningDaemon& daemon, Enough enough) {
+  nlohmann::json face;
+  const auto begin = std::chrono::steady_clock::now();
+  do {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    face = daemon.status().at("streams").at("face");
+  } while (!enough(face) && std::chrono::steady_clock::now() - begin < std::chrono::seconds(30));
+  return face.at("forecast");
+}
+
+TEST(Streaming, FramesOfARhythmAreForeseenAndTheDaemonEndsWhileItWaitsForOne) {
+  TemporaryFolder folder;
+  RunningDaemon daemon(folder.path(), kFace, "", Recording::kOff);
+  ASSERT_TRUE(daemon.up()) << daemon.process().output();
+  const Process sender(
+      {program("risorius").string(), "replay", "--quiet", "builtin:120", "--to", daemon.input("face")});
+  const auto foreseen = [](const nlohmann::json& face) { return face.at("forecast").at("foreseen") > 50; };
+  EXPECT_GT(forecast_of(daemon, foreseen).at("foreseen"), 50);
+  EXPECT_EQ(daemon.end().exit_code, 0);
+}
+
+TEST(Streaming, NoFrameIsForeseenWhereNobodyIsToBeAwakeForIt) {
+  TemporaryFolder folder;
+  RunningDaemon daemon(folder.path(), kFace, "[latency]\nawake_share = 0\n", Recording::kOff);
+  ASSERT_TRUE(daemon.up()) << daemon.process().output();
+  const Process sender(
+      {program("risorius").string(), "replay", "--quiet", "builtin:120", "--to", daemon.input("face")});
+  const auto solved = [](const nlohmann::json& face) { return face.at("processed") > 150; };
+  const auto forecast = forecast_of(daemon, solved);
+  EXPECT_EQ(forecast.at("foreseen"), 0);
+  EXPECT_EQ(forecast.at("missed"), 0);
 }
 
 TEST(Streaming, TwoRealTakesAtOnceOverUdpAndZmqEqualOffline) {
