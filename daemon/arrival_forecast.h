@@ -47,7 +47,9 @@ class ArrivalForecast {
 
  private:
   static constexpr int kFramesToLearn = 16;
-  static constexpr int kMostOffRhythm = 16;  ///< in a row; then it is another rhythm
+  /// A frame that does not come when the last one said adds 2, one that does takes 1 away; beyond, it is another
+  /// rhythm.
+  static constexpr int kMostOffRhythm = 32;
   static constexpr std::int64_t kMostLost = 8;
   static constexpr double kLoosest = 0.1;  ///< mean absolute deviation, in periods
   // Of a loop that follows the phase and the period of the arrivals.
@@ -63,15 +65,14 @@ class ArrivalForecast {
     const double surprise_ns = static_cast<double>(receive_ns - due_ns_);
     const double frames_lost = std::round(surprise_ns / period_ns_);
     const double error_ns = surprise_ns - frames_lost * period_ns_;
+    const bool is_between = frames_lost < 0 || std::abs(error_ns) > 0.25 * period_ns_;
+    // A silence, a lost frame, a burst, a frame between the beats: no other rhythm, unless it goes on.
+    off_rhythm_ = is_between || frames_lost > 0 ? off_rhythm_ + 2 : std::max(0, off_rhythm_ - 1);
+    if (off_rhythm_ > kMostOffRhythm) return reset();
     if (frames_lost > kMostLost) {  // after a silence the phase is another, the period is not
-      off_rhythm_ = 0;
       due_ns_ = receive_ns + static_cast<std::int64_t>(period_ns_);
       return;
     }
-    const bool is_between = frames_lost < 0 || std::abs(error_ns) > 0.25 * period_ns_;
-    // A lost frame, a burst, a frame between the beats: no other rhythm, unless it goes on.
-    off_rhythm_ = is_between || frames_lost > 0 ? off_rhythm_ + 1 : 0;
-    if (off_rhythm_ > kMostOffRhythm) return reset();
     if (is_between) return;
     period_ns_ += kPeriodGain * error_ns;
     deviation_ns_ += kDeviationGain * (std::abs(error_ns) - deviation_ns_);

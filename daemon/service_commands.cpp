@@ -11,6 +11,20 @@ namespace {
 
 constexpr double kLongestNeutralSeconds = 60;
 
+/// Refuses what a command does not take: stream (text), seconds (a number).
+void expect_only(const nlohmann::json& request, bool stream, bool seconds) {
+  for (const auto& [key, value] : request.items()) {
+    const bool fits = key == "command" || (stream && key == "stream" && value.is_string()) ||
+                      (seconds && key == "seconds" && value.is_number());
+    if (fits) continue;
+    throw UserError(shown(key),
+                    shown(value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)) + " is not known here",
+                    seconds  ? "give stream (text) and seconds (a number)"
+                    : stream ? "give stream (text)"
+                             : "give command alone");
+  }
+}
+
 }  // namespace
 
 nlohmann::json Service::answer(const nlohmann::json& request) {
@@ -18,8 +32,12 @@ nlohmann::json Service::answer(const nlohmann::json& request) {
   if (command == "capture_neutral") return capture_neutral(request);
   if (command == "go_to") return go_to(request);
   if (command == "release") return release(request);
-  if (command == "status") return {{"ok", true}, {"status", status()}};
+  if (command == "status") {
+    expect_only(request, false, false);
+    return {{"ok", true}, {"status", status()}};
+  }
   if (command == "stop") {
+    expect_only(request, false, false);
     // After the answer has left.
     boost::asio::post(io_, [this] { stop(); });
     return {{"ok", true}};
@@ -28,16 +46,7 @@ nlohmann::json Service::answer(const nlohmann::json& request) {
 }
 
 nlohmann::json Service::capture_neutral(const nlohmann::json& request) {
-  for (const auto& [key, value] : request.items()) {
-    const bool fits =
-        key == "command" || (key == "stream" && value.is_string()) || (key == "seconds" && value.is_number());
-    if (!fits) {
-      throw UserError(
-          shown(key),
-          shown(value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)) + " is not known here",
-          "give stream (text) and seconds (a number)");
-    }
-  }
+  expect_only(request, true, true);
   const double seconds = request.value("seconds", 1.0);
   if (!(seconds > 0 && seconds <= kLongestNeutralSeconds)) {
     throw UserError("seconds", nlohmann::json(seconds).dump() + " is out of range", "give more than 0 and at most 60");
@@ -59,12 +68,17 @@ nlohmann::json Service::go_to(const nlohmann::json& request) {
 }
 
 nlohmann::json Service::release(const nlohmann::json& request) {
+  expect_only(request, true, false);
   const std::uint32_t i = stream_of(request);
   shown_->release(i);
   return {{"ok", true}, {"stream", inputs_[i].name()}};
 }
 
 std::uint32_t Service::stream_of(const nlohmann::json& request) const {
+  if (request.contains("stream") && !request["stream"].is_string()) {
+    throw UserError("stream", shown(request["stream"].dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)),
+                    "give the stream's name, a text");
+  }
   const auto name = request.value("stream", std::string());
   for (std::uint32_t i = 0; i < inputs_.size(); ++i) {
     if (inputs_[i].name() == name || (name.empty() && inputs_.size() == 1)) return i;

@@ -93,7 +93,8 @@ TEST(ArrivalForecast, SurvivesFramesThatAllComeAtOnceAndOnesFromBefore) {
 }
 
 TEST(ArrivalForecast, LearnsARateThatFallsInWithTheOldOneNowAndThen) {
-  for (const std::int64_t frame_time : {kFrameTime * 6 / 5, kFrameTime * 4 / 5, kFrameTime * 5 / 4}) {
+  for (const std::int64_t frame_time :
+       {kFrameTime * 6 / 5, kFrameTime * 4 / 5, kFrameTime * 5 / 4, kFrameTime / 2, kFrameTime * 10, kFrameTime * 25}) {
     ArrivalForecast forecast(kShare);
     std::int64_t at_ns = feed(forecast, 100, kMs);
     for (int f = 0; f < 250; ++f) forecast.frame_came(at_ns += frame_time);
@@ -101,6 +102,24 @@ TEST(ArrivalForecast, LearnsARateThatFallsInWithTheOldOneNowAndThen) {
     EXPECT_GT(forecast.window()->until_ns, at_ns + frame_time);
     EXPECT_LT(forecast.window()->from_ns, at_ns + frame_time);
   }
+}
+
+TEST(ArrivalForecast, SleepsThroughFramesThatBeginToComeInPairs) {
+  ArrivalForecast forecast(kShare);
+  std::int64_t at_ns = feed(forecast, 100, kMs);
+  for (int f = 0; f < 100; ++f) {
+    forecast.frame_came(at_ns += kFrameTime);
+    forecast.frame_came(at_ns + 10 * kUs);
+  }
+  EXPECT_FALSE(forecast.window());
+}
+
+TEST(ArrivalForecast, KeepsItsRhythmWhereEveryFifthFrameIsLost) {
+  ArrivalForecast forecast(kShare);
+  for (int f = 0; f < 1000; ++f) {
+    if (f < 100 || f % 5 != 0) forecast.frame_came(kMs + f * kFrameTime);
+  }
+  EXPECT_GT(forecast.foreseen().value(), 600u - 50u);
 }
 
 TEST(ArrivalForecast, IsNotMisledByFramesThatWereLostWhileItLearnt) {

@@ -272,9 +272,14 @@ TEST(Daemon, AnswersMalformedControlMessages) {
         nlohmann::json{{"command", "dance"}}, nlohmann::json{{"command", "\xff\xfe"}},
         nlohmann::json{{"command", std::string(5000, 'x')}},
         nlohmann::json{{"command", "capture_neutral"}, {"seconds", -1}},
-        nlohmann::json{{"command", "capture_neutral"}, {"seconds", "long"}}}) {
+        nlohmann::json{{"command", "capture_neutral"}, {"seconds", "long"}},
+        nlohmann::json{{"command", "release"}, {"stream", 7}},
+        nlohmann::json{{"command", "go_to"}, {"stream", nullptr}},
+        nlohmann::json{{"command", "release"}, {"now", true}},
+        nlohmann::json{{"command", "status"}, {"stream", "face"}}, nlohmann::json{{"command", "stop"}, {"when", 3}}}) {
     const auto answer = ask_daemon(daemon.control(), request, std::chrono::seconds(10));
-    EXPECT_FALSE(answer.at("ok"));
+    EXPECT_FALSE(answer.at("ok")) << request.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+    EXPECT_EQ(answer.at("error").get<std::string>().find("json.exception"), std::string::npos) << answer.at("error");
     EXPECT_NO_THROW((void)answer.dump()) << "text that every client can decode";
     EXPECT_FALSE(answer.at("error").get<std::string>().empty());
   }
