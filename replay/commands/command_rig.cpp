@@ -30,8 +30,7 @@ void print_fit(const RigFitResult& fit) {
   for (const auto& au : fit.rig.aus) aus += " " + au.name;
   fmt::print("{} AUs:{}\n", fit.rig.au_count(), aus);
   if (!fit.dropped_aus.empty()) fmt::print("not seen by any marker, left out: {}\n", fmt::join(fit.dropped_aus, " "));
-  if (!fit.left_out_markers.empty())
-    fmt::print("never seen in the neutral, left out: {}\n", fmt::join(fit.left_out_markers, " "));
+  if (!fit.left_out_markers.empty()) fmt::print("markers left out: {}\n", fmt::join(fit.left_out_markers, " "));
   print_warnings(fit);
 }
 

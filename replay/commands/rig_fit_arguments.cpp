@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "capture/errors.h"
+#include "capture/utf8.h"
 #include "replay/commands/face_argument.h"
 #include "replay/commands/output_check.h"
 #include "solve/faces/landmark_map.h"
@@ -35,6 +36,10 @@ void RigFitArguments::add_to(CLI::App& command) {
 RigFitResult RigFitArguments::fit() const {
   const LandmarkMap map = find_landmark_map(landmarks);
   const NeutralPlace place = parse_neutral_place(neutral);
+  if (!is_clean_utf8(name)) {
+    throw UserError("--name", shown(name) + " has characters that no name has",
+                    "give UTF-8 without control characters");
+  }
   check_outputs({place.range.path, landmarks}, {output});
   const auto reader = open_take_or_builtin(place.range.path.string(), take.options());
   print_warnings(*reader);

@@ -234,6 +234,8 @@ void McapReader::take_data_end(std::span<const std::byte> content) {
   offset_ += content.size();
   whole_ = size_ - offset_ >= kMcapMagic.size() && ends_in_magic();
   if (!whole_) damage("the summary is torn", size_ - offset_);
+  if (const std::uint64_t beyond = bytes_after_footer(); beyond > 0)
+    damage(fmt::format("{} bytes after the file's end, which are not read", beyond), beyond);
   ended_ = true;
 }
 

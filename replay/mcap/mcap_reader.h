@@ -76,6 +76,7 @@ class McapReader {
   std::optional<std::uint64_t> own_metadata_length(std::uint64_t left);
   std::optional<std::uint64_t> trusted_length(McapOp op, std::uint64_t length, std::uint64_t left);
   Read pass_over(McapOp op, std::uint64_t length);
+  std::uint64_t bytes_after_footer();
   bool is_record_at(std::uint64_t offset);
   bool is_all_of(std::span<const std::byte> content) const;
   void lose_place(std::string problem);

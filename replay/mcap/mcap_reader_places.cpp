@@ -124,6 +124,26 @@ bool McapReader::is_all_of(std::span<const std::byte> content) const {
   return again.size() == kMcapRecordHeadBytes + content.size();
 }
 
+/// What stands beyond the summary's footer and the magic bytes: another file, or anything else. 0 where the summary
+/// cannot be followed so far.
+std::uint64_t McapReader::bytes_after_footer() {
+  std::uint64_t at = offset_;
+  std::vector<std::byte> head;
+  while (size_ - at >= kMcapRecordHeadBytes) {
+    read_at(at, kMcapRecordHeadBytes, head);
+    ByteReader in(head);
+    const auto op = static_cast<McapOp>(in.read<std::uint8_t>());
+    const auto length = in.read<std::uint64_t>();
+    at += kMcapRecordHeadBytes;
+    if (length > size_ - at) return 0;
+    at += length;
+    if (op != McapOp::kFooter) continue;
+    const std::uint64_t rest = size_ - at;
+    return rest > kMcapMagic.size() ? rest - kMcapMagic.size() : 0;
+  }
+  return 0;
+}
+
 /// Whether what stands there looks like the head of a record.
 bool McapReader::is_record_at(std::uint64_t offset) {
   if (offset > size_ || size_ - offset < kMcapRecordHeadBytes) return false;

@@ -51,7 +51,8 @@ ChosenNeutral read_neutral(TakeReader& take, const NeutralPlace& place) {
     throw UserError(chosen.place,
                     fmt::format("the face is not at rest: its markers move by {:.1f} mm rms about their medians",
                                 chosen.neutral.motion_rms_mm),
-                    "name a still stretch, TAKE:FROM-TO, or TAKE:auto; risorius neutral TAKE shows candidates");
+                    "is the take's unit right? Else name a still stretch, TAKE:FROM-TO, or TAKE:auto; risorius neutral "
+                    "TAKE shows candidates");
   }
   return chosen;
 }

@@ -105,6 +105,21 @@ TEST_F(Mcap, WhatIsWrittenIsReadBack) {
   EXPECT_EQ(reader.schemas().at(1).encoding, "jsonschema");
 }
 
+TEST_F(Mcap, WhatStandsBehindTheEndIsTold) {
+  {
+    McapWriter writer(path());
+    write_three_chunks(writer);
+    writer.finish();
+  }
+  const std::string file = bytes();
+  const Seen seen = read_bytes(file + file);
+  EXPECT_EQ(seen.messages, three_chunks_);
+  EXPECT_TRUE(seen.whole);
+  ASSERT_EQ(seen.damages.size(), 1u);
+  EXPECT_NE(seen.damages[0].problem.find("after the file's end"), std::string::npos) << seen.damages[0].problem;
+  EXPECT_EQ(seen.damaged_bytes, file.size());
+}
+
 TEST_F(Mcap, WithoutItsEndEveryChunkOnTheDiskIsReadable) {
   {
     McapWriter writer(path());
