@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <fmt/format.h>
 #include <fstream>
 #include <sstream>
 #include <string_view>
@@ -20,6 +22,8 @@ namespace {
 using Mesh = OpenMesh::TriMesh_ArrayKernelT<OpenMesh::DefaultTraitsDouble>;
 
 constexpr double kMmPerCm = 10;
+constexpr double kFarthestCm = 100;
+constexpr std::size_t kFaceCount = 52'220;  // after OpenMesh has cut the quads
 constexpr std::string_view kNeutralName = "generic_neutral_mesh";
 constexpr std::string_view kReleaseHint = "take the folder FaceXModel of the ICT-FaceKit release";
 
@@ -159,6 +163,22 @@ Mesh read_mesh(const std::filesystem::path& path, bool has_faces) {
   return mesh;
 }
 
+void require_head(const Mesh& mesh, bool has_faces, const std::filesystem::path& path) {
+  if (has_faces && mesh.n_faces() != kFaceCount) {
+    throw UserError(path.string(),
+                    std::to_string(mesh.n_faces()) + " triangles instead of " + std::to_string(kFaceCount),
+                    std::string(kReleaseHint));
+  }
+  for (const auto vertex : mesh.vertices()) {
+    const auto& p = mesh.point(vertex);
+    if (std::ranges::all_of(p, [](double cm) { return std::abs(cm) <= kFarthestCm; })) continue;  // no NaN either
+    throw UserError(path.string(),
+                    fmt::format("vertex {} is at {:g} {:g} {:g} cm, farther than {:g} cm", vertex.idx() + 1, p[0], p[1],
+                                p[2], kFarthestCm),
+                    std::string(kReleaseHint));
+  }
+}
+
 Eigen::Matrix3Xd vertices_mm_of(const Mesh& mesh) {
   Eigen::Matrix3Xd vertices_mm(3, kIctVertexCount);
   for (int v = 0; v < kIctVertexCount; ++v) {
@@ -203,7 +223,9 @@ FaceModel load_ict_face(const std::filesystem::path& folder, const LoadProgress&
   require_files(folder, files);
   std::size_t files_read = 0;
   const auto read = [&](std::string_view shape) {
-    Mesh mesh = read_mesh(path_of(folder, shape), shape == kNeutralName);
+    const bool has_faces = shape == kNeutralName;
+    Mesh mesh = read_mesh(path_of(folder, shape), has_faces);
+    require_head(mesh, has_faces, path_of(folder, shape));
     ++files_read;
     if (progress) progress(files_read, files.size());
     return mesh;

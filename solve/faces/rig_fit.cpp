@@ -16,6 +16,7 @@ namespace {
 
 constexpr std::size_t kFewestLandmarks = 4;
 constexpr double kMirrorAdvantage = 0.6;  // a mirrored fit this much closer is no chance
+constexpr double kLeastAsideMm = 5;       // rms of the landmarks off the middle: less tells left from right by chance
 constexpr double kAlikeCosine = 0.95;     // of two AUs' fields at the markers
 constexpr double kConvergedMm = 1e-7;
 constexpr double kDegreesPerRadian = 180 / 3.14159265358979323846;
@@ -33,6 +34,7 @@ void require(bool good, const char* name, T value, const char* range) {
 void check(const RigFitOptions& o) {
   require(o.iterations >= 1 && o.iterations <= 1000, "iterations", o.iterations, "1 to 1000");
   require(o.robust_mm > 0, "robust_mm", o.robust_mm, "> 0");
+  require(o.far_mm >= o.robust_mm, "far_mm", o.far_mm, ">= robust_mm");
   require(o.landmark_weight >= 0, "landmark_weight", o.landmark_weight, ">= 0");
   require(o.identity.deviation_mm > 0, "identity.deviation_mm", o.identity.deviation_mm, "> 0");
   require(o.identity.length_mm > 0, "identity.length_mm", o.identity.length_mm, "> 0");
@@ -120,6 +122,10 @@ Similarity register_landmarks(const LandmarkPairs& pairs, const LandmarkMap& map
   const SimilarityFit mirrored_fit = fit_similarity(mirrored, pairs.world_mm, ones);
   if (!fit.determined)
     refuse(map, "the mapped markers are on one line or in one point", "map landmarks all over the face");
+  if (std::sqrt(pairs.face_mm.row(0).squaredNorm() / static_cast<double>(pairs.face_mm.cols())) < kLeastAsideMm) {
+    refuse(map, "the mapped landmarks are in the middle of the face, where left and right cannot be told apart",
+           "map one at a side, such as a corner of the mouth");
+  }
   if (mirrored_fit.determined && mirrored_fit.rms < kMirrorAdvantage * fit.rms) {
     refuse(map,
            fmt::format("mirrored: the landmarks are {:.1f} mm off, but {:.1f} mm with left and right exchanged",
@@ -127,6 +133,12 @@ Similarity register_landmarks(const LandmarkPairs& pairs, const LandmarkMap& map
            "check the axes of the take and the sides in the map; left is the subject's left");
   }
   return fit.to_from;
+}
+
+/// The weight of a marker so far off the skin: Huber's, and none where it is no marker of the face.
+double pull_of(double distance_mm, const RigFitOptions& options) {
+  if (distance_mm > options.far_mm) return 0;
+  return distance_mm <= options.robust_mm ? 1 : options.robust_mm / distance_mm;
 }
 
 /// Iterated closest points, from the face to the actor: in this direction a shrinking face does not come closer.
@@ -145,7 +157,7 @@ Similarity refine(const FaceModel& face, const Seen& seen, const LandmarkPairs& 
       const ClosestPoint closest = face.closest_skin_point(face_from_world * seen.world_mm.col(m));
       const double distance_mm = world_from_face.scale * closest.distance_mm;
       from.col(m) = closest.position_mm;
-      weights[m] = distance_mm <= options.robust_mm ? 1 : options.robust_mm / distance_mm;
+      weights[m] = pull_of(distance_mm, options);
     }
     const SimilarityFit next = fit_similarity(from, to, weights);
     if (!next.determined) break;
@@ -168,7 +180,7 @@ struct Bent {
 };
 
 /// Landmarks pull whole, markers along the skin's normal only: where on the skin a marker sits is what the bent face
-/// tells. Markers far off pull less (Huber).
+/// tells. Markers far off pull less, or not at all.
 std::vector<WarpObservation> observe(const FaceModel& generic, const FaceModel& bent, const Seen& seen,
                                      const LandmarkPairs& pairs, const Similarity& world_from_face,
                                      const RigFitOptions& options) {
@@ -187,11 +199,12 @@ std::vector<WarpObservation> observe(const FaceModel& generic, const FaceModel& 
     const Eigen::Vector3d at_mm = face_from_world * seen.world_mm.col(m);
     const ClosestPoint closest = bent.closest_skin_point(at_mm);
     const Eigen::Vector3d from_mm = generic.position_mm(closest.place), normal = bent.normal(closest.place);
-    const double doubt = std::sqrt(std::max(1.0, closest.distance_mm * world_from_face.scale / options.robust_mm));
+    const double pull = pull_of(closest.distance_mm * world_from_face.scale, options);
+    if (pull <= 0) continue;
     observations.push_back({.at_mm = from_mm,
                             .direction = normal,
                             .shift_mm = normal.dot(at_mm - from_mm),
-                            .deviation_mm = options.skin_deviation_mm * doubt});
+                            .deviation_mm = options.skin_deviation_mm / std::sqrt(pull)});
   }
   return observations;
 }
@@ -234,7 +247,8 @@ void measure_landmarks(const LandmarkPairs& pairs, const Similarity& world_from_
     worst = pairs.labels[static_cast<std::size_t>(l)];
   }
   result.landmark_rms_mm = std::sqrt(squares / static_cast<double>(pairs.face_mm.cols()));
-  if (result.largest_landmark_residual_mm > options.largest_landmark_mm) {
+  // In the face's mm: of a wrong unit the landmarks are not to blame.
+  if (result.largest_landmark_residual_mm > options.largest_landmark_mm * std::max(1.0, world_from_face.scale)) {
     refuse(map,
            fmt::format("{} is {:.1f} mm off (at most {:.1f})", worst, result.largest_landmark_residual_mm,
                        options.largest_landmark_mm),
@@ -279,6 +293,30 @@ void place(const FaceModel& face, const Seen& seen, const Similarity& world_from
   }
   result.median_distance_mm = median_of(result.rig.fit_distance_mm);
   result.scale = world_from_face.scale;
+}
+
+/// Leaves out what is no marker of the face, and says so.
+void leave_out_far(const FaceModel& face, const Similarity& world_from_face, const LandmarkMap& map,
+                   const RigFitOptions& options, Seen& seen, RigFitResult& result) {
+  const Similarity face_from_world = world_from_face.inverse();
+  Eigen::Index kept = 0;
+  for (Eigen::Index m = 0; m < seen.world_mm.cols(); ++m) {
+    std::string& name = seen.names[static_cast<std::size_t>(m)];
+    const double distance_mm =
+        world_from_face.scale * face.closest_skin_point(face_from_world * seen.world_mm.col(m)).distance_mm;
+    if (distance_mm > options.far_mm && !map.stabiliser_weight.contains(name)) {
+      result.warnings.push_back(fmt::format(
+          "marker {} is {:.0f} mm off the skin and is left out (a marker of the face? then its name or its place in "
+          "the neutral is wrong)",
+          name, distance_mm));
+      result.left_out_markers.push_back(name);
+      continue;
+    }
+    seen.world_mm.col(kept) = seen.world_mm.col(m);
+    std::swap(seen.names[static_cast<std::size_t>(kept++)], name);
+  }
+  seen.world_mm.conservativeResize(3, kept);
+  seen.names.resize(static_cast<std::size_t>(kept));
 }
 
 /// The rig's neutral and shapes in the head frame; a shape goes through the bend of the place where it acts.
@@ -357,14 +395,16 @@ RigFitResult fit_rig(const FaceModel& face, const std::vector<std::string>& mark
                      const Eigen::Matrix3Xd& neutral_mm, const LandmarkMap& map, const RigFitOptions& options) {
   check(options);
   RigFitResult result;
-  const Seen seen = seen_of(marker_names, neutral_mm, map, result);
+  Seen seen = seen_of(marker_names, neutral_mm, map, result);
   const LandmarkPairs pairs = pairs_of(face, seen, map, result);
   const Similarity first = register_landmarks(pairs, map);
   const Similarity world_from_face = refine(face, seen, pairs, first, options);
   // What is absurd is absurd of the generic face: a bent one comes close to anything.
+  measure_landmarks(pairs, world_from_face, map, options, result);
   place(face, seen, world_from_face, result);
   refuse_absurd(world_from_face, map, options, result);
-  measure_landmarks(pairs, world_from_face, map, options, result);
+  leave_out_far(face, world_from_face, map, options, seen, result);
+  place(face, seen, world_from_face, result);
   IdentityWarp warp;
   if (options.with_identity) {
     const Bent bent = bend(face, seen, pairs, world_from_face, options);

@@ -17,6 +17,7 @@ namespace risorius {
 struct RigFitOptions {
   int iterations = 60;                ///< of closest points, 1 to 1000
   double robust_mm = 8;               ///< distance at which a marker's pull stops growing (Huber), > 0
+  double far_mm = 50;                 ///< a marker further off the skin is none of the face's, >= robust_mm
   double landmark_weight = 0.3;       ///< of a landmark pair beside a marker, in the refinement, >= 0
   bool with_identity = true;          ///< the face is bent to the actor, coarsely
   IdentityPrior identity;             ///< how far, and how smoothly, in the face's mm
@@ -39,13 +40,14 @@ struct RigFitResult {
   double identity_rms_mm = 0;            ///< by how much the face was bent where the markers are; 0 without identity
   std::vector<SurfacePoint> places;      ///< of the rig's markers on the face model's triangles
   std::vector<std::string> dropped_aus;  ///< no marker sees them
-  std::vector<std::string> left_out_markers;  ///< never seen in the neutral
+  std::vector<std::string> left_out_markers;  ///< never seen in the neutral, or far off the skin: a warning says which
   std::vector<std::string> warnings;          ///< one sentence each: unmapped landmarks, chosen stabilisers, AUs alike
 };
 
 /// Neutral positions 3 x M in the actor's mm, world LUF; a column that is not finite was never seen and is left out.
-/// Throws UserError: fewer than four landmarks, markers mirrored, or a fit that no head can have (the values and limits
-/// are in the message). Throws std::invalid_argument for options out of range.
+/// Markers far off the skin are left out, unless the map has them for stabilisers (headbands); they bend nothing.
+/// Throws UserError: fewer than four landmarks, all of them in the middle, markers mirrored, or a fit that no head can
+/// have (the values and limits are in the message). Throws std::invalid_argument for options out of range.
 RigFitResult fit_rig(const FaceModel& face, const std::vector<std::string>& marker_names,
                      const Eigen::Matrix3Xd& neutral_mm, const LandmarkMap& map, const RigFitOptions& options = {});
 

@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <cstdlib>
 #include <fstream>
+#include <functional>
 #include <gtest/gtest.h>
 #include <limits>
 #include <optional>
 #include <sstream>
+#include <utility>
 
 #include "capture/errors.h"
 #include "solve/faces/rig_fit.h"
@@ -17,11 +19,15 @@ namespace {
 
 using namespace risorius;
 
+void unpack(const std::filesystem::path& archive, const std::filesystem::path& folder) {
+  const std::string command = "tar -xJf '" + archive.string() + "' -C '" + folder.string() + "'";
+  if (std::system(command.c_str()) != 0) throw std::runtime_error("cannot run: " + command);
+}
+
 /// Unpacks and loads; takes seconds, so one test checks all that needs it.
 FaceModel load_archive(const std::filesystem::path& archive) {
   const test::TemporaryFolder folder;
-  const std::string command = "tar -xJf '" + archive.string() + "' -C '" + folder.path().string() + "'";
-  if (std::system(command.c_str()) != 0) throw std::runtime_error("cannot run: " + command);
+  unpack(archive, folder.path());
   std::size_t calls = 0, last = 0;
   FaceModel loaded = load_ict_face(folder.path() / "ict_facekit", [&](std::size_t done, std::size_t in_all) {
     EXPECT_EQ(done, ++calls);
@@ -164,6 +170,46 @@ TEST(IctFace, RefusesAnotherMesh) {
     std::ofstream(folder.path() / (name + ".obj")) << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
   }
   EXPECT_THROW(load_ict_face(folder.path()), UserError);
+}
+
+/// Rewrites the lines of a file.
+void edit(const std::filesystem::path& path, const std::function<bool(std::string&)>& keeps) {
+  std::ifstream in(path);
+  std::string text;
+  for (std::string line; std::getline(in, line);) {
+    if (keeps(line)) text += line + "\n";
+  }
+  in.close();
+  std::ofstream(path) << text;
+}
+
+std::string refusal_of(const std::filesystem::path& folder) {
+  try {
+    load_ict_face(folder);
+  } catch (const UserError& error) {
+    return error.what();
+  }
+  return "loaded";
+}
+
+TEST(IctFace, NamesTheFileThatIsDamaged) {
+  RISORIUS_NEEDS_DATA(archive, kArchive);
+  const test::TemporaryFolder folder;
+  unpack(archive, folder.path());
+  const auto at = folder.path() / "ict_facekit";
+  bool is_first = true;
+  edit(at / "browInnerUp_L.obj", [&](std::string& line) {
+    if (line.starts_with("v ") && std::exchange(is_first, false)) line = "v 1e30 0 0";
+    return true;
+  });
+  std::string refusal = refusal_of(at);
+  EXPECT_NE(refusal.find("browInnerUp_L.obj"), std::string::npos) << refusal;
+  EXPECT_NE(refusal.find("vertex 1 is at 1e+30"), std::string::npos) << refusal;
+  int faces = 0;
+  edit(at / "generic_neutral_mesh.obj", [&](std::string& line) { return !line.starts_with("f ") || ++faces <= 6000; });
+  refusal = refusal_of(at);
+  EXPECT_NE(refusal.find("generic_neutral_mesh.obj"), std::string::npos) << refusal;
+  EXPECT_NE(refusal.find("triangles instead of 52220"), std::string::npos) << refusal;
 }
 
 void expect_fit(const FaceModel& face, const Neutral& neutral) {

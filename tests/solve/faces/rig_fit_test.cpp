@@ -148,6 +148,59 @@ TEST(RigFit, RefusesAMapWithExchangedLandmarks) {
       << refusal_of(rig().neutral_mm, map);
 }
 
+TEST(RigFit, RefusesLandmarksThatCannotTellLeftFromRight) {
+  LandmarkMap map = map55();
+  std::erase_if(map.marker_of_landmark, [](const auto& pair) {
+    return pair.first.find("left") != std::string::npos || pair.first.find("right") != std::string::npos;
+  });
+  ASSERT_GE(map.marker_of_landmark.size(), 4u);
+  Eigen::Matrix3Xd mirrored = rig().neutral_mm;
+  mirrored.row(0) *= -1;
+  EXPECT_NE(refusal_of(mirrored, map).find("map one at a side"), std::string::npos) << refusal_of(mirrored, map);
+}
+
+TEST(RigFit, LeavesOutAMarkerFarOffTheSkinAndIsNotBentByIt) {
+  const auto cheek =
+      std::find(rig().marker_names.begin(), rig().marker_names.end(), "LC5") - rig().marker_names.begin();
+  const Rig truth = builtin_rig_of(builtin_face(face_identity_of_seed(3)));
+  Eigen::Matrix3Xd neutral = truth.neutral_mm;
+  Eigen::Matrix3Xd without = neutral;
+  neutral.col(cheek) += Eigen::Vector3d(0, 0, 300);
+  without.col(cheek).setConstant(std::numeric_limits<double>::quiet_NaN());
+  const RigFitResult fit = fit_rig(face(), truth.marker_names, neutral, map55());
+  const RigFitResult expected = fit_rig(face(), truth.marker_names, without, map55());
+  EXPECT_EQ(fit.left_out_markers, std::vector<std::string>{"LC5"});
+  ASSERT_FALSE(fit.warnings.empty());
+  EXPECT_NE(fit.warnings[0].find("LC5 is 265 mm off"), std::string::npos) << fit.warnings[0];
+  ASSERT_EQ(fit.rig.au_count(), expected.rig.au_count());
+  // But for where the iterations of closest points end.
+  EXPECT_LT((fit.rig.neutral_mm - expected.rig.neutral_mm).norm(), 1e-3);
+  const Eigen::Matrix3Xd& field_mm = expected.rig.aus[3].displacement_mm;
+  EXPECT_LT((fit.rig.aus[3].displacement_mm - field_mm).norm(), 0.005 * field_mm.norm());
+}
+
+TEST(RigFit, AHeadbandFarOffTheSkinStaysWhereTheMapNamesIt) {
+  std::vector<std::string> names = rig().marker_names;
+  Eigen::Matrix3Xd neutral = rig().neutral_mm;
+  names.emplace_back("band");
+  neutral.conservativeResize(3, neutral.cols() + 1);
+  neutral.rightCols(1) = Eigen::Vector3d(0, 200, 120);
+  LandmarkMap map = map55();
+  map.stabiliser_weight["band"] = 1;
+  const RigFitResult fit = fit_rig(face(), names, neutral, map);
+  EXPECT_TRUE(fit.left_out_markers.empty());
+  EXPECT_EQ(fit.rig.stabiliser_weight.tail(1)[0], 1);
+  EXPECT_LT(fit.identity_rms_mm, 1e-3) << "of a face that is the generic one";
+}
+
+TEST(RigFit, NamesTheLandmarkThatIsFarOff) {
+  const std::string chin = map55().marker_of_landmark.at("chin");
+  Eigen::Matrix3Xd neutral = rig().neutral_mm;
+  neutral.col(std::find(rig().marker_names.begin(), rig().marker_names.end(), chin) - rig().marker_names.begin()) +=
+      Eigen::Vector3d(0, 0, 500);
+  EXPECT_NE(refusal_of(neutral, map55()).find("chin"), std::string::npos) << refusal_of(neutral, map55());
+}
+
 TEST(RigFit, RefusesFewerThanFourLandmarks) {
   LandmarkMap map = map55();
   while (map.marker_of_landmark.size() > 3) map.marker_of_landmark.erase(map.marker_of_landmark.begin());
