@@ -17,13 +17,13 @@
 namespace risorius {
 
 struct RigRefineOptions {
-  int rounds = 6;                                    ///< of solve and update, 1 to 100
-  BasisPrior prior;                                  ///< around the start
-  AuSolverOptions solve{.ridge = 5e-3, .l1 = 3e-3};  ///< l1 is next to none: ghosts learn, too
-  double independent_s = 2;                          ///< frames closer in time than this tell partly the same, > 0
-  double least_noise_mm = 0.2;                       ///< per axis: what the model leaves at best, > 0
-  bool chooses_stabilisers = true;                   ///< anew, where the takes show that one moves with the face
-  double least_intensity = 0.25;                     ///< an AU that stays below is not in the takes, (0, 1)
+  int rounds = 6;                                 ///< of solve and update, 1 to 100
+  BasisPrior prior;                               ///< around the start
+  AuSolverOptions solve{.ridge = 5e-3, .l1 = 3};  ///< with the usual l1, shrunk intensities stretch the shapes
+  double independent_s = 2;                       ///< frames closer in time than this tell partly the same, > 0
+  double least_noise_mm = 0.2;                    ///< per axis: what the model leaves at best, > 0
+  bool chooses_stabilisers = true;                ///< anew, where the takes show that one moves with the face
+  double least_intensity = 0.25;                  ///< an AU that stays below is not in the takes, (0, 1)
   double least_moved_mm = 0.5;  ///< takes whose markers move less (90th percentile, head's motion out) say nothing, > 0
   double least_cosine = 0.6;    ///< of an AU's field to its start, (0, 1)
   double least_gain = 0.4, largest_gain = 2.5;  ///< of an AU's size to its start's
