@@ -27,12 +27,32 @@ double distance_of(const Muscle& muscle, const Eigen::Vector3d& p) noexcept {
   return std::hypot(u, v);
 }
 
+/// 1 on the lids, whose skin is thin and loose and slides on the eyeball, to 0 beyond the rim of the orbit.
+double lid_share(const Eigen::Vector3d& p) noexcept {
+  const double across = (std::abs(p.x()) - 31.5) / 20, up = (p.y() - 30) / 14;  // the rim is at 1
+  return smooth_between(1.4, 0.7, std::hypot(across, up));
+}
+
+/// Skin and the fat under it draw what is around them along, half as much and so far beyond the muscle's own region as
+/// it moves in scanned faces; less across the middle, where skin is held. Not on the lids, and what only pulls a lid
+/// draws nothing else along.
+double tissue_weight(Muscle muscle, const Skin& skin, double of_muscle) noexcept {
+  constexpr double kBeyondMm = 45, kAcrossMiddleMm = 40;
+  const double share = (muscle.kind == MuscleKind::kSphincter ? 0.25 : 0.5) * (1 - lid_share(muscle.insertion_mm));
+  muscle.along_mm += kBeyondMm;
+  muscle.across_mm += kBeyondMm;
+  double of_tissue = compact_bell(distance_of(muscle, skin.p)) * (1 - lid_share(skin.p));
+  if (muscle.is_paired) of_tissue *= smooth_between(-kAcrossMiddleMm, 0.25 * kAcrossMiddleMm, skin.p.x());
+  return (1 - share) * of_muscle + share * of_tissue;
+}
+
 double weight_of(const Muscle& muscle, const Skin& skin) noexcept {
   const double distance = distance_of(muscle, skin.p);
   constexpr double kSheetCore = 0.18;
-  const double weight = muscle.kind == MuscleKind::kLinear
-                            ? compact_bell(distance)
-                            : compact_bell(std::max(0.0, (distance - kSheetCore) / (1 - kSheetCore)));
+  const double of_muscle = muscle.kind == MuscleKind::kLinear
+                               ? compact_bell(distance)
+                               : compact_bell(std::max(0.0, (distance - kSheetCore) / (1 - kSheetCore)));
+  const double weight = tissue_weight(muscle, skin, of_muscle);
   double share = smooth_between(0, 25, skin.p.z());  // the back of the head has other muscles
   // Across the lips' slit the other lip stays; beyond the corner both are one.
   const bool is_other_lip = (muscle.lips == LipShare::kUpper && !skin.is_above_mouth) ||
