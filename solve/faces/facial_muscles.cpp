@@ -11,13 +11,15 @@ constexpr bool kPaired = true, kMiddle = false;
 const Muscle kMuscles[] = {
     // Brows and forehead.
     {"frontalis, medial", "AU1", kPaired, kSheet, {12, 98, 94}, {12, 52, 102}, 34, 28, 6.2},
+    // It has no bone to hold on to: what lifts the brow draws the hairline down.
+    {"frontalis, medial: hairline", "AU1", kPaired, kSheet, {10, 60, 98}, {10, 104, 88}, 30, 30, 1.7, 1.5},
     {"frontalis, lateral", "AU2", kPaired, kSheet, {50, 98, 76}, {47, 53, 88}, 33, 30, 7.2, -0.5},
-    {"corrugator supercilii", "AU4", kPaired, kSheet, {8, 42, 98}, {28, 54, 97}, 29, 21, 5.6, 2.0},
-    {"depressor supercilii", "AU4", kPaired, kLinear, {9, 36, 94}, {12, 52, 102}, 22, 20, 3.2, 0.8},
+    {"corrugator supercilii", "AU4", kPaired, kSheet, {6, 40, 98}, {32, 57, 96}, 32, 25, 5.8, 2.0},
+    {"depressor supercilii", "AU4", kPaired, kLinear, {9, 36, 94}, {12, 54, 102}, 25, 22, 3.2, 0.8},
     {"procerus", "AU4", kPaired, kLinear, {2, 28, 102}, {3, 48, 102}, 20, 13, 2.0, 0.8},
     // Lids.
     {"levator palpebrae", "AU5", kPaired, kUpperLid, {31, 44, 80}, {31, 36, 90}, 13, 16, 2.9},
-    {"orbicularis oculi, orbital: cheek", "AU6", kPaired, kSheet, {38, 34, 88}, {45, 4, 83}, 25, 22, 4.6, 2.6},
+    {"orbicularis oculi, orbital: cheek", "AU6", kPaired, kSheet, {40, 34, 88}, {48, 2, 82}, 30, 28, 4.8, 2.6},
     {"orbicularis oculi, orbital: lateral", "AU6", kPaired, kLinear, {40, 30, 84}, {57, 32, 62}, 20, 20, 3.0, 0.4},
     {"orbicularis oculi, orbital: lower lid", "AU6", kPaired, kLowerLid, {31, 36, 88}, {31, 25, 90}, 12, 16, 1.4},
     {"orbicularis oculi, palpebral: lower lid", "AU7", kPaired, kLowerLid, {31, 36, 88}, {31, 25, 90}, 13, 16, 2.6},
@@ -42,7 +44,7 @@ const Muscle kMuscles[] = {
      16,
      1.75},
     // Nose and upper lip.
-    {"levator alaeque nasi: wing", "AU9", kPaired, kSheet, {9, 34, 90}, {13, -5, 98}, 25, 16, 5.8, 0.6},
+    {"levator alaeque nasi: wing", "AU9", kPaired, kSheet, {11, 34, 90}, {15, -6, 98}, 27, 21, 6.4, 0.6},
     {"levator alaeque nasi: lip",
      "AU9",
      kPaired,

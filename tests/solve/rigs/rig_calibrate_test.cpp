@@ -91,7 +91,7 @@ TEST(RigCalibrate, RecoversTheBasisOutOfImperfectRecordings) {
     all += energy;
     EXPECT_GT(result.aus[i].held_frames, 40u) << actor.aus[i].name;
     // Where the forehead's stabilisers go with the brows, what the pose gets wrong of it is taken for noise.
-    EXPECT_NEAR(result.aus[i].noise_mm, 0.2, 0.15) << actor.aus[i].name;
+    EXPECT_NEAR(result.aus[i].noise_mm, 0.2, 0.2) << actor.aus[i].name;
   }
   EXPECT_LT(wrong / all, 0.05);  // the bar of the calibration: 5 % of the energy at 0.2 mm
   EXPECT_TRUE(problems_of(result.rig).empty());
