@@ -19,7 +19,7 @@ struct BasisPrior {
   double share = 0.3;          ///< of an AU's own displacement, one standard deviation, > 0
   double floor = 0.03;         ///< of the AU's largest displacement, anywhere on the face, > 0
   double reach_mm = 12;        ///< how far beyond the markers that it moves an AU may move others, > 0
-  double correlation_mm = 25;  ///< neighbours closer than this change together, > 0
+  double correlation_mm = 60;  ///< neighbours closer than this change together, > 0
   double own_share = 0.25;     ///< of the variance that is each marker's own, (0, 1]
   double neutral_mm = 0.5;     ///< standard deviation of the neutral, per axis; 0 = keep the neutral
 };

@@ -12,6 +12,7 @@
 #include "bench/accuracy_pictures.h"
 #include "bench/au_accuracy.h"
 #include "bench/bench_report.h"
+#include "bench/ict_archive.h"
 #include "bench/real_take_checks.h"
 #include "bench/solve_case.h"
 #include "bench/solved_series.h"
@@ -185,19 +186,10 @@ void measure_truth(const Arguments& arguments, const std::vector<std::pair<std::
   report.add("a marker 20 mm off against missing, largest AU difference", displaced);
 }
 
-/// Empty where the archive is not there.
-std::optional<std::filesystem::path> unpack_ict(const std::filesystem::path& into) {
-  const std::filesystem::path archive = test::data_folder() / "ict_facekit.tar.xz";
-  if (test::data_folder().empty() || !std::filesystem::exists(archive)) return {};
-  const std::string command = "tar -xJf '" + archive.string() + "' -C '" + into.string() + "'";
-  if (std::system(command.c_str()) != 0) throw std::runtime_error("cannot run: " + command);
-  return into / "ict_facekit";
-}
-
 int measure_all(const Arguments& arguments) {
   bench::BenchReport report("accuracy");
   const test::TemporaryFolder folder;
-  const auto ict = unpack_ict(folder.path());
+  const auto ict = bench::unpack_ict(folder.path());
   std::vector<std::pair<std::string, Rig>> rigs;
   for (const char* layout : {"iemocap55", "animface41"}) {
     rigs.emplace_back(std::string("builtin ") + layout, bench::rig_at_layout({}, layout));

@@ -1,18 +1,20 @@
-// How good rigs get: bench_rigs [FOLDER of animface]. Real takes: a generic face fitted to the neutral, refined on one
-// half of the time and scored on the other, by the motion of markers that the solve is not shown; beside it the ceiling
-// of as many principal components, learned and scored on the same frames. Performed takes of people who are not the
-// rig: whether refinement brings the basis nearer to the truth, and the AUs.
+// How good rigs get: bench_rigs [FOLDER of animface]. Real takes: a generic face (the built-in one, and ICT-FaceKit's)
+// fitted to the neutral, refined on one half of the time and scored on the other, by the motion of markers that the
+// solve is not shown; beside it the ceiling of as many principal components, learned and scored on the same frames.
+// Performed takes of people who are not the rig: whether refinement brings the basis nearer to the truth, and the AUs.
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 
 #include "bench/bench_report.h"
 #include "bench/component_ceiling.h"
+#include "bench/ict_archive.h"
 #include "replay/performer/performer.h"
 #include "replay/pipeline/neutral.h"
 #include "replay/pipeline/take_frames.h"
 #include "solve/faces/builtin_face.h"
 #include "solve/faces/face_identity.h"
+#include "solve/faces/ict_face.h"
 #include "solve/faces/landmark_map.h"
 #include "solve/faces/rig_fit.h"
 #include "solve/rigs/left_out_markers.h"
@@ -23,7 +25,7 @@ namespace risorius {
 namespace {
 
 const RigRefineOptions kRefine;
-/// All solves that are scored, of fitted and refined rigs alike.
+/// All solves of real takes that are scored, of fitted and refined rigs alike; performed ones are solved as users do.
 const AuSolverOptions kScore = kRefine.solve;
 
 TakeFrames part_of(const TakeFrames& take, double from, double to) {
@@ -52,14 +54,26 @@ std::pair<double, std::string> ghost_of(const Rig& rig, const TakeFrames& take,
   return worst;
 }
 
-void real_take(const std::string& name, const std::filesystem::path& path, std::uint64_t last_neutral_frame,
-               const std::vector<std::string>& absent, bench::BenchReport& report) {
-  const auto reader = open_take(path);
-  const Neutral neutral = neutral_of(*reader, 20, last_neutral_frame);
+struct RealTake {
+  std::string name;
+  std::uint64_t last_neutral_frame;
+  std::vector<std::string> absent;
+};
+
+const RealTake kRealTakes[] = {{"jaw", 90, {"AU1", "AU2", "AU4", "AU5", "AU7", "AU9", "AU45"}},
+                               {"eyebrows",
+                                120,
+                                {"AU10", "AU12", "AU13", "AU14", "AU15", "AU16", "AU17", "AU18", "AU20", "AU22", "AU24",
+                                 "AU25", "AU27", "AU28", "AU29", "AU30"}}};
+
+void real_take(const FaceModel& face, const RealTake& real, const std::filesystem::path& folder,
+               const std::string& face_words, bench::BenchReport& report) {
+  const std::string name = real.name + face_words;
+  const auto reader = open_take(folder / (real.name + ".c3d"));
+  const Neutral neutral = neutral_of(*reader, 20, real.last_neutral_frame);
   reader->rewind();
   const TakeFrames take = take_frames_of(*reader, name);
-  const Rig start =
-      fit_rig(builtin_face(), neutral.marker_names, neutral.position_mm, find_landmark_map("animface41")).rig;
+  const Rig start = fit_rig(face, neutral.marker_names, neutral.position_mm, find_landmark_map("animface41")).rig;
   const auto draws = bench::hidden_draws(start);
   LeftOutEnergy before, after, ceiling;
   const auto add = [](LeftOutEnergy& sum, const LeftOutEnergy& part) {
@@ -72,7 +86,7 @@ void real_take(const std::string& name, const std::filesystem::path& path, std::
     const LeftOutEnergy b = left_out_energy(start, scored, draws, kScore),
                         a = left_out_energy(refined.rig, scored, draws, kScore);
     const LeftOutEnergy c = bench::component_ceiling(refined.rig, learned, scored, draws, start.au_count());
-    const auto [ghost, ghost_name] = ghost_of(refined.rig, scored, absent);
+    const auto [ghost, ghost_name] = ghost_of(refined.rig, scored, real.absent);
     fmt::print(
         "{} {}: left out {:.3f} -> {:.3f}, ceiling {:.3f}; residual {:.2f} -> {:.2f} mm in {} rounds; ghost {} "
         "{:.2f}\n",
@@ -136,7 +150,7 @@ Performed perform(std::uint64_t actor_seed, ScriptKind script, double seconds) {
 double au_rmse(const Rig& rig, const Performed& performed) {
   const std::vector<std::size_t> columns = columns_in(performed.actor, rig);
   double squares = 0, count = 0;
-  explain_take(rig, performed.frames, kScore, [&](const ExplainedFrame& frame) {
+  explain_take(rig, performed.frames, {}, [&](const ExplainedFrame& frame) {
     for (std::size_t i = 0; i < columns.size(); ++i) {
       const double off =
           frame.x[static_cast<Eigen::Index>(i)] - performed.truth[frame.index][static_cast<Eigen::Index>(columns[i])];
@@ -206,11 +220,12 @@ int main(int argc, char** argv) {
   const std::filesystem::path folder = argc > 1 ? std::filesystem::path(argv[1]) : test::data_folder() / "animface";
   bench::BenchReport report("rigs");
   if (std::filesystem::exists(folder)) {
-    real_take("jaw", folder / "jaw.c3d", 90, {"AU1", "AU2", "AU4", "AU5", "AU7", "AU9", "AU45"}, report);
-    real_take("eyebrows", folder / "eyebrows.c3d", 120,
-              {"AU10", "AU12", "AU13", "AU14", "AU15", "AU16", "AU17", "AU18", "AU20", "AU22", "AU24", "AU25", "AU27",
-               "AU28", "AU29", "AU30"},
-              report);
+    for (const RealTake& take : kRealTakes) real_take(builtin_face(), take, folder, "", report);
+    const test::TemporaryFolder scratch;
+    if (const auto ict = bench::unpack_ict(scratch.path())) {
+      const FaceModel face = load_ict_face(*ict);
+      for (const RealTake& take : kRealTakes) real_take(face, take, folder, ", ICT face", report);
+    }
   }
   performed_people(report);
   other_identities(report);
