@@ -64,12 +64,17 @@ TEST(Chaos, TheStreamGoesOnWhenTheTrackersClockJumps) {
 }
 
 TEST(Chaos, AFloodOnOnePortLosesNothingOnAnother) {
+#if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
+  constexpr double kMostGrowthBytes = 256e6;  // most of it the sanitizer's
+#else
+  constexpr double kMostGrowthBytes = 16e6;
+#endif
   const test::FloodRun run = test::flood_beside_a_stream(1, 0.5);
   EXPECT_EQ(run.unanswered, 0u);
   EXPECT_EQ(run.lost, 0u);
   EXPECT_GT(run.flood_sent, 0u);
   EXPECT_EQ(run.flood_accounted, run.flood_sent);
-  EXPECT_LT(run.resident_growth_bytes, 16e6);
+  EXPECT_LT(run.resident_growth_bytes, kMostGrowthBytes);
 }
 
 TEST(Chaos, TheToolWritesItsTruthWhenItIsInterrupted) {
