@@ -154,7 +154,7 @@ bool AuSolver::find_pose(std::int64_t capture_time_ns) noexcept {
   if (!stabiliser_pose_.is_possible(markers_) || !anything_measured()) return false;
   double cost = std::numeric_limits<double>::infinity();
   if (!fresh_ && step_ns > 0 && step_ns < kRecentNs && refine_pose()) {
-    fit();
+    fit_.fit(rig_, markers_, world_from_head_, FaceFit::FirstWeights::kAtHand);
     cost = fit_.truncated_mean_square_mm2(markers_);
     if (cost <= kAcceptedGrowth * last_cost_mm2_) return true;
   }
@@ -178,8 +178,13 @@ bool AuSolver::anything_measured() const noexcept {
 
 bool AuSolver::refine_pose() noexcept {
   const RigidAlignment alignment = fit_.align(rig_, markers_);
-  if (alignment.determined) world_from_head_ = alignment.to_from;
-  return alignment.determined;
+  if (!alignment.determined) return false;
+  world_from_head_ = alignment.to_from;
+  fit_.weigh_by_last_face(rig_, markers_, world_from_head_);
+  const RigidAlignment again = fit_.align(rig_, markers_);
+  if (again.determined) world_from_head_ = again.to_from;
+  fit_.weigh_by_last_face(rig_, markers_, world_from_head_);
+  return true;
 }
 
 void AuSolver::decide_observed() noexcept {

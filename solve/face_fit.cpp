@@ -18,6 +18,7 @@ constexpr double kStill_mm = 2e-3;
 
 /// As in head_pose.cpp: three standard deviations of a normal distribution, from its median.
 constexpr double kMediansToThreshold = 3 * 1.4826;
+constexpr int kFirstIteration = 1;  // a false marker weighs little from the start, and none is lost for good
 
 }  // namespace
 
@@ -69,9 +70,18 @@ void FaceFit::begin_frame(const RigMarkers& markers, const Eigen::VectorXd& uppe
   if (penalties_changed) hessian_holds_ = false;
 }
 
-void FaceFit::fit(const Rig& rig, const RigMarkers& markers, RigidTransform& world_from_head) noexcept {
+void FaceFit::weigh_by_last_face(const Rig& rig, const RigMarkers& markers,
+                                 const RigidTransform& world_from_head) noexcept {
   head_from_world_ = world_from_head.inverse();
-  weight_ = markers.weight();
+  see_markers(rig, markers);
+  measure_residuals();
+  if (options_.robust_iterations > 0) reweigh(markers, kFirstIteration);
+}
+
+void FaceFit::fit(const Rig& rig, const RigMarkers& markers, RigidTransform& world_from_head,
+                  FirstWeights first) noexcept {
+  head_from_world_ = world_from_head.inverse();
+  if (first == FirstWeights::kMarkers) weight_ = markers.weight();
   see_markers(rig, markers);
   const int steps = std::max(options_.robust_iterations, options_.pose_steps);
   for (int step = 0;; ++step) {

@@ -37,8 +37,14 @@ class FaceFit {
   void begin_frame(const RigMarkers& markers, const Eigen::VectorXd& upper, const Eigen::VectorXd& fixed,
                    bool penalties_changed) noexcept;
 
+  /// Those of the markers, or those that weigh_by_last_face left.
+  enum class FirstWeights { kMarkers, kAtHand };
   /// Pose and intensities from this pose on, and the weights.
-  void fit(const Rig& rig, const RigMarkers& markers, RigidTransform& world_from_head) noexcept;
+  void fit(const Rig& rig, const RigMarkers& markers, RigidTransform& world_from_head,
+           FirstWeights first = FirstWeights::kMarkers) noexcept;
+  /// Markers weigh less that are far from the face as fitted last. A first fit that a false marker bends can end with
+  /// its neighbours given up instead of it.
+  void weigh_by_last_face(const Rig& rig, const RigMarkers& markers, const RigidTransform& world_from_head) noexcept;
   /// The exact intensities at the pose and the weights of the last fit.
   QpResult certify() noexcept;
   /// All markers, as they are weighed now, against the face as fitted last.
