@@ -5,6 +5,9 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "capture/repair/marker_covariance.h"
@@ -25,6 +28,10 @@ class FillModel {
 
   /// Allocates. Marker i takes over what was known of old_index[i]; -1 is a marker never seen.
   void remap(const std::vector<int>& old_index);
+  /// As MarkerCovariance::know.
+  void know(std::shared_ptr<const KnownMotion> motion, const std::vector<std::string>& names) {
+    covariance_.know(std::move(motion), names);
+  }
   void reset() noexcept;
 
   /// Takes in a frame: positions in the head frame, and which markers are measured (1). One that shows too little of

@@ -13,6 +13,9 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <memory>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "capture/repair/fill_model.h"
@@ -27,6 +30,10 @@ class FillRehearsal {
 
   /// Allocates. What was learnt stays; marker i takes over what the covariance knew of old_index[i].
   void remap(const std::vector<int>& old_index);
+  /// As MarkerCovariance::know.
+  void know(std::shared_ptr<const KnownMotion> motion, const std::vector<std::string>& names) {
+    covariance_.know(std::move(motion), names);
+  }
   void reset() noexcept;
 
   /// Keeps a frame to practise on: as FillModel::observe takes it.

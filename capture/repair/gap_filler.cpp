@@ -42,6 +42,10 @@ void GapFiller::use_marker_set(const MarkerSet& set) {
   own_head_.use_names(set.names);
   model_.remap(old_index);
   rehearsal_.remap(old_index);
+  if (set.names != set_.names) {
+    model_.know(options_.known_motion, set.names);
+    rehearsal_.know(options_.known_motion, set.names);
+  }
   measured_.assign(set.names.size(), 0);
   std::vector<HeldMarker> held(set.names.size());
   for (std::size_t i = 0; i < held.size(); ++i) {

@@ -30,6 +30,7 @@ struct GapFillerOptions {
   std::uint32_t lookahead_frames = 0;       ///< that every frame waits for later ones, 0 to 64
   HeadFrameOptions head_frame;
   MarkerCovarianceOptions covariance;
+  std::shared_ptr<const KnownMotion> known_motion;  ///< such as a rig's; null: only what is seen
 };
 
 class Despiker;
@@ -59,6 +60,7 @@ class GapFiller {
   void flush() noexcept { is_flushing_ = true; }
 
   const StageLedger& ledger() const noexcept { return ledger_; }
+  std::uint32_t lookahead_frames() const noexcept { return options_.lookahead_frames; }
   /// Marker samples filled, by the reason for which they had been rejected (kNone: they were missing).
   const Counter& filled(RejectReason reason) const noexcept { return filled_[static_cast<std::size_t>(reason)]; }
   /// Marker samples left without a position: gap too long, or never seen.

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace risorius {
 namespace {
@@ -19,6 +20,9 @@ constexpr std::array<GapKernel, 8> kKernels{{{0.02, 0.3, 0.004, 0.06, 0.001},
                                              {0.3, 1, 0.03, 0.1, 0.001},
                                              {1, 1, 0.06, 0.1, 0.001}}};
 constexpr double kLeastVarianceMm2 = 1e-4;
+/// Of what somebody who knows the face says. Half of it: a rig that was not made of this take is wrong by a good part,
+/// and the samples would rather believe all of it than none.
+constexpr std::array kGuessShares{0.0, 0.5};
 /// Keeps the factorization sound where the samples are exact.
 constexpr double kLeastNugget = 1e-6;
 
@@ -29,25 +33,36 @@ double matern(double u) noexcept {
 
 }  // namespace
 
-GapRegression::GapRegression(const Eigen::MatrixXd& features, const Eigen::VectorXd& time_s,
-                             const Eigen::Matrix3Xd& position_mm, double noise_mm)
-    : features_(features), time_s_(time_s), mean_mm_(position_mm.rowwise().mean()) {
-  centred_mm_ = (position_mm.colwise() - mean_mm_).transpose();
-  const auto samples = static_cast<double>(position_mm.cols());
-  variance_mm2_ = std::max(centred_mm_.squaredNorm() / (3 * samples), kLeastVarianceMm2);
-  nugget_ = std::max(noise_mm * noise_mm / variance_mm2_, kLeastNugget);
-  const double energy = features_.squaredNorm() / samples;
+GapRegression::GapRegression(GapFeatures known, const Eigen::Matrix3Xd& position_mm, double noise_mm)
+    : known_(std::move(known)), position_mm_(position_mm), noise_mm2_(noise_mm * noise_mm) {
+  const double energy = known_.others.squaredNorm() / static_cast<double>(position_mm.cols());
   feature_scale_ = energy > 0 ? 1 / energy : 0;
-  const Eigen::MatrixXd products = feature_scale_ * (features_.transpose() * features_);
-  double best = -std::numeric_limits<double>::infinity();
+  const Eigen::MatrixXd products = feature_scale_ * (known_.others.transpose() * known_.others);
+  double best = -std::numeric_limits<double>::infinity(), likeliest_share = 0;
   GapKernel likeliest = kKernels.front();
-  for (const GapKernel& candidate : kKernels) {
-    kernel_ = candidate;
-    const double likelihood = factorize(products);
-    if (likelihood > best) best = likelihood, likeliest = candidate;
+  for (const double share : kGuessShares) {
+    if (share > 0 && known_.guess_mm.cols() == 0) continue;
+    subtract_guess(share);
+    for (const GapKernel& candidate : kKernels) {
+      kernel_ = candidate;
+      const double likelihood = factorize(products);
+      if (likelihood > best) best = likelihood, likeliest = candidate, likeliest_share = share;
+    }
   }
+  subtract_guess(likeliest_share);
   kernel_ = likeliest;
   factorize(products);
+}
+
+void GapRegression::subtract_guess(double share) {
+  guess_share_ = share;
+  Eigen::Matrix3Xd rest_mm = position_mm_;
+  if (share > 0) rest_mm -= share * known_.guess_mm;
+  mean_mm_ = rest_mm.rowwise().mean();
+  centred_mm_ = (rest_mm.colwise() - mean_mm_).transpose();
+  const auto samples = static_cast<double>(centred_mm_.rows());
+  const double variance_mm2 = std::max(centred_mm_.squaredNorm() / (3 * samples), kLeastVarianceMm2);
+  nugget_ = std::max(noise_mm2_ / variance_mm2, kLeastNugget);
 }
 
 double GapRegression::covariance(double product, double apart_s) const noexcept {
@@ -59,7 +74,7 @@ double GapRegression::factorize(const Eigen::MatrixXd& products) {
   const Eigen::Index n = products.rows();
   Eigen::MatrixXd k(n, n);
   for (Eigen::Index c = 0; c < n; ++c) {
-    for (Eigen::Index r = c; r < n; ++r) k(r, c) = covariance(products(r, c), time_s_[r] - time_s_[c]);
+    for (Eigen::Index r = c; r < n; ++r) k(r, c) = covariance(products(r, c), known_.time_s[r] - known_.time_s[c]);
     k(c, c) += nugget_ + kernel_.rough;
   }
   const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> llt(k);  // in place
@@ -71,18 +86,21 @@ double GapRegression::factorize(const Eigen::MatrixXd& products) {
   return -1.5 * (samples * std::log(scale_) + log_determinant);
 }
 
-GapRegression::Fill GapRegression::fill(const Eigen::MatrixXd& features, const Eigen::VectorXd& time_s) const {
-  Eigen::MatrixXd cross = feature_scale_ * (features_.transpose() * features);
-  Eigen::VectorXd own(time_s.size());
+GapRegression::Fill GapRegression::fill(const GapFeatures& hidden) const {
+  Eigen::MatrixXd cross = feature_scale_ * (known_.others.transpose() * hidden.others);
+  Eigen::VectorXd own(hidden.time_s.size());
   for (Eigen::Index c = 0; c < cross.cols(); ++c) {
-    for (Eigen::Index r = 0; r < cross.rows(); ++r) cross(r, c) = covariance(cross(r, c), time_s_[r] - time_s[c]);
-    own[c] = covariance(feature_scale_ * features.col(c).squaredNorm(), 0) + kernel_.rough;
+    for (Eigen::Index r = 0; r < cross.rows(); ++r) {
+      cross(r, c) = covariance(cross(r, c), known_.time_s[r] - hidden.time_s[c]);
+    }
+    own[c] = covariance(feature_scale_ * hidden.others.col(c).squaredNorm(), 0) + kernel_.rough;
   }
   const auto lower = factor_.triangularView<Eigen::Lower>();
   const Eigen::MatrixXd reach = lower.solve(cross);
   const Eigen::MatrixXd white = lower.solve(centred_mm_);
   Fill fill;
   fill.position_mm = (white.transpose() * reach).colwise() + mean_mm_;
+  if (guess_share_ > 0) fill.position_mm += guess_share_ * hidden.guess_mm;
   fill.variance_mm2 = scale_ * (own - reach.colwise().squaredNorm().transpose()).cwiseMax(kLeastNugget);
   return fill;
 }

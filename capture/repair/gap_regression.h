@@ -8,6 +8,8 @@
 // r carries the marker's own residual into the gap, far from it B decides. How much of either is believed is not set
 // but learnt: of several kernels the one under which the marker's own samples are likeliest (marginal likelihood), with
 // the scale profiled out. The stated variance is the conditional one.
+// Where somebody knows the face (a rig), B is a priori not around nothing but around what is known: y less a share of
+// that guess, the share chosen in the same way.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,6 +23,13 @@ struct GapKernel {
   double slow, slow_s, quick, quick_s, rough;
 };
 
+/// What is known at some frames, one column each.
+struct GapFeatures {
+  Eigen::MatrixXd others;     ///< where the other markers are, weighted as they shall count
+  Eigen::VectorXd time_s;     ///< of the frames
+  Eigen::Matrix3Xd guess_mm;  ///< by how much the marker is displaced, by somebody who knows it; or no columns
+};
+
 class GapRegression {
  public:
   struct Fill {
@@ -28,23 +37,26 @@ class GapRegression {
     Eigen::VectorXd variance_mm2;  ///< per axis
   };
 
-  /// `position_mm`: the samples, one column each, with their features (weighted as they shall count; columns) and
-  /// times. noise_mm: of a sample, per axis. At least one sample.
-  GapRegression(const Eigen::MatrixXd& features, const Eigen::VectorXd& time_s, const Eigen::Matrix3Xd& position_mm,
-                double noise_mm);
+  /// `position_mm`: the samples, one column each, with what is known of their frames. noise_mm: of a sample, per axis.
+  /// At least one sample.
+  GapRegression(GapFeatures known, const Eigen::Matrix3Xd& position_mm, double noise_mm);
 
-  Fill fill(const Eigen::MatrixXd& features, const Eigen::VectorXd& time_s) const;
+  /// There is a guess if there was one of the samples.
+  Fill fill(const GapFeatures& hidden) const;
 
  private:
   double covariance(double product, double apart_s) const noexcept;
   /// Log likelihood of the samples under kernel_, with the best scale; keeps the factor.
   double factorize(const Eigen::MatrixXd& products);
 
-  Eigen::MatrixXd features_;
-  Eigen::VectorXd time_s_;
+  void subtract_guess(double share);
+
+  GapFeatures known_;
+  Eigen::Matrix3Xd position_mm_;
   Eigen::Vector3d mean_mm_;
   Eigen::MatrixXd centred_mm_;  ///< samples x 3
-  double variance_mm2_, nugget_, feature_scale_;
+  double guess_share_ = 0;
+  double noise_mm2_, nugget_ = 0, feature_scale_;
   GapKernel kernel_{};
   double scale_ = 1;
   Eigen::MatrixXd factor_;  ///< lower Cholesky factor

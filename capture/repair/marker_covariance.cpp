@@ -8,7 +8,6 @@
 
 #include "capture/repair/cholesky.h"
 #include "capture/repair/online_model.h"
-#include "capture/repair/symmetric_sweep.h"
 #include "capture/repair/symmetric_update.h"
 
 namespace risorius {
@@ -29,6 +28,8 @@ MarkerCovariance::MarkerCovariance(MarkerCovarianceOptions options) : options_(o
   require_positive("alike_mm", options.alike_mm);
   require_positive("alone_mm", options.alone_mm);
   require_positive("prior_samples", options.prior_samples);
+  require_positive("mode_strength", options.mode_strength);
+  require_positive("unknown_share", options.unknown_share);
 }
 
 void MarkerCovariance::remap(const std::vector<int>& old_index) {
@@ -50,14 +51,13 @@ void MarkerCovariance::remap(const std::vector<int>& old_index) {
   sum_mm_ = Eigen::VectorXd::Zero(size);
   direction_ = pull_ = sum_pull_ = Eigen::VectorXd::Zero(size);
   is_prepared_ = false;
-  swept_ = Eigen::MatrixXd::Zero(size, size);
   reach_ = Eigen::MatrixXd::Zero(size, 3);
   factor_.assign(9 * count * count, 0);
   hidden_.clear();
   hidden_.reserve(count);
   summed_ = 0;
   next_ridge_ = 0;
-  if (prior_ == Prior::kOnItsWay) prior_ = Prior::kNone;
+  modes_.forget();
   must_condition_ = true;
 }
 
@@ -103,7 +103,7 @@ void MarkerCovariance::reset() noexcept {
   next_ridge_ = 0;
   hidden_.clear();
   has_shifted_ = is_prepared_ = false;
-  prior_ = Prior::kNone;
+  modes_.reset();
   must_condition_ = true;
 }
 
@@ -115,13 +115,15 @@ double MarkerCovariance::ridge() const noexcept {
 void MarkerCovariance::observe(const std::vector<Eigen::Vector3d>& position_head_mm,
                                const std::vector<std::uint8_t>& visible) noexcept {
   is_prepared_ = false;
+  bool has_newcomers = false;
   for (std::size_t i = 0; i < markers_.size(); ++i) {
     Marker& marker = markers_[i];
     marker.visible = visible[i] != 0;
     if (!marker.visible || marker.seen) continue;
-    marker.seen = true;
+    has_newcomers = marker.seen = true;
     marker.rest_mm = position_head_mm[i];
   }
+  if (has_newcomers) believe_newcomers();
   has_shifted_ = conditions_changed();
   if (has_shifted_) {
     note_predictions();
@@ -266,10 +268,7 @@ void MarkerCovariance::learn(double step_s) noexcept {
   const double believed_s = std::min(step_s, kLongestForgottenS);
   sum_mm_.setZero();
   summed_ = 0;
-  if (prior_ == Prior::kNone) begin_prior();
-  if (prior_ == Prior::kOnItsWay) {
-    go_on_with_prior();
-  } else if (is_informative()) {
+  if (is_informative()) {
     const double keep = std::exp(-believed_s / options_.memory_s);
     frames_ = keep * frames_ + 1;
     add_square(keep);

@@ -2,7 +2,8 @@
 // deviations from a rest that follows slowly (so that it holds how markers *move*, not where they happen to stay), and
 // what the visible markers say about any marker that is hidden, with the variance of that statement.
 //   A = sum of d d^T over the n frames learnt from, forgotten exponentially + n0 (K + ridge I)
-// K: what is believed before anything was seen, that neighbours move alike, exp(-distance^2 / (2 reach^2)).
+// K: what is believed of a marker when it is seen first: that neighbours move alike, exp(-distance^2 / (2 reach^2)),
+// and, where it is known how this face moves (KnownMotion: a rig), as it is known.
 // Conditioning is Gaussian, through P = A^-1: with v visible and h hidden, d_h = -P_hh^-1 P_hv d_v with covariance
 // P_hh^-1 / (n + n0), a solve of the size of what is hidden. P follows every learnt frame by a rank-1 update: what
 // moved just now says most of what will move. Memory is bounded and allocated in remap(); nothing is learnt from
@@ -11,7 +12,12 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
+#include <string>
+#include <utility>
 #include <vector>
+
+#include "capture/repair/known_motion.h"
 
 namespace risorius {
 
@@ -19,12 +25,14 @@ namespace risorius {
 /// nine takes, 0.25 to 0.5 s are best and the mean over all is worst. Why prior_samples? Samples in a row repeat each
 /// other, and a new expression lies outside of all of them.
 struct MarkerCovarianceOptions {
-  double memory_s = 60;       ///< time constant of forgetting, > 0
-  double rest_s = 0.4;        ///< time constant of the rest, > 0
-  double reach_mm = 40;       ///< markers this near are believed to move alike, > 0
-  double alike_mm = 1;        ///< standard deviation of what they do alike, per axis, at first, > 0
-  double alone_mm = 1;        ///< and of what each does alone, > 0
-  double prior_samples = 40;  ///< n0: frames that this belief is worth, > 0
+  double memory_s = 60;         ///< time constant of forgetting, > 0
+  double rest_s = 0.4;          ///< time constant of the rest, > 0
+  double reach_mm = 40;         ///< markers this near are believed to move alike, > 0
+  double alike_mm = 1;          ///< standard deviation of what they do alike, per axis, at first, > 0
+  double alone_mm = 1;          ///< and of what each does alone, > 0
+  double prior_samples = 40;    ///< n0: frames that this belief is worth, > 0
+  double mode_strength = 0.15;  ///< standard deviation of a known mode, in full strengths, > 0
+  double unknown_share = 0.4;   ///< of alike_mm^2 and alone_mm^2, for markers whose motion is known, > 0
 };
 
 class MarkerCovariance {
@@ -34,6 +42,11 @@ class MarkerCovariance {
 
   /// Allocates. Marker i takes over what was known of old_index[i]; -1 is a marker never seen.
   void remap(const std::vector<int>& old_index);
+  /// After a remap() to other markers, with the names of the set: what is known of this face, or null. Markers that
+  /// were seen before keep what was believed then. Allocates.
+  void know(std::shared_ptr<const KnownMotion> motion, const std::vector<std::string>& names) {
+    modes_.use(std::move(motion), names);
+  }
   void reset() noexcept;
 
   /// Conditions on the markers that are visible (1); positions are in the head frame.
@@ -71,6 +84,7 @@ class MarkerCovariance {
     Eigen::Vector3d shift_mm = Eigen::Vector3d::Zero();
     double variance_mm2 = 0;
     bool seen = false, visible = false;
+    bool believed = false;     ///< P holds what is believed of it
     bool conditioned = false;  ///< was visible to condition()
     bool is_left_out = false;  ///< leave_one_out_mm2 is that of what condition() found
     bool whole = false;        ///< visible in all frames since the last one that was learnt from
@@ -90,17 +104,18 @@ class MarkerCovariance {
   void condition_hidden(std::size_t k) noexcept;
   void complete() noexcept;
   double ridge() const noexcept;
-  void begin_prior() noexcept;
-  void go_on_with_prior() noexcept;
+  Eigen::Matrix3d believed_mm2(std::size_t i, std::size_t j) const noexcept;
+  void believe(std::size_t i) noexcept;
+  void believe_newcomers() noexcept;
   void add_square(double keep) noexcept;
   void renew_ridge(double share) noexcept;
 
   MarkerCovarianceOptions options_;
+  KnownModes modes_;
   std::vector<Marker> markers_;
   Eigen::VectorXd deviation_mm_;     ///< from the rest, of the frame last observed; hidden markers as predicted
   Eigen::VectorXd sum_mm_;           ///< of deviations since the last frame that was learnt from
   Eigen::MatrixXd precision_;        ///< P, 1 / mm^2
-  Eigen::MatrixXd swept_;            ///< A of the first belief, on its way to -P, lower triangle
   Eigen::VectorXd direction_;        ///< of a rank-1 update
   Eigen::VectorXd pull_;             ///< P deviation_mm_, and
   Eigen::VectorXd sum_pull_;         ///< P sum_mm_, while is_prepared_
@@ -110,11 +125,9 @@ class MarkerCovariance {
   double frames_ = 0;                ///< n, forgotten exponentially
   int summed_ = 0;
   int since_ridge_ = 0;          ///< frames
-  Eigen::Index next_pivot_ = 0;  ///< of the first belief
   Eigen::Index next_ridge_ = 0;  ///< coordinate
   double forgotten_ = 0;         ///< share of the ridge, since one was renewed last
   bool must_condition_ = true, has_shifted_ = false, is_prepared_ = false;
-  enum class Prior : std::uint8_t { kNone, kOnItsWay, kThere } prior_ = Prior::kNone;
 };
 
 }  // namespace risorius

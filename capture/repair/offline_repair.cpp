@@ -64,7 +64,7 @@ void fill_by_regression(std::vector<MarkerFrame>& frames, const MarkerSet& set, 
   if (!take.has_pose) return;
   const std::vector<Gap> gaps = gaps_of(take, frames, options.max_gap_ns);
   if (gaps.empty()) return;
-  const TakeRegression regression(take);
+  const TakeRegression regression(take, set.names, options.known_motion);
   for (std::size_t g = 0; g < gaps.size(); ++g) {
     const auto [i, begin, end] = gaps[g];
     const GapRegression::Fill fill = regression.fill(i, begin, end);

@@ -5,11 +5,13 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <vector>
 
 #include "capture/frames.h"
 #include "capture/marker_set.h"
 #include "capture/repair/head_frame.h"
+#include "capture/repair/known_motion.h"
 
 namespace risorius {
 
@@ -19,7 +21,8 @@ struct OfflineFillOptions {
   OfflineFillMethod method = OfflineFillMethod::kRegression;
   std::int64_t max_gap_ns = 10'000'000'000;  ///< a longer gap stays missing altogether, > 0
   HeadFrameOptions head_frame;
-  std::function<void(double)> progress;  ///< called now and then with the share done, 0 to 1; may be empty
+  std::shared_ptr<const KnownMotion> known_motion;  ///< such as a rig's; null: only the take
+  std::function<void(double)> progress;             ///< called now and then with the share done, 0 to 1; may be empty
 };
 
 /// Fills missing and rejected markers (state kFilled, standard_deviation_mm set, reason kept). A marker that was never

@@ -1,5 +1,6 @@
 #include "capture/repair/take_regression.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -20,11 +21,15 @@ constexpr double kNormalMedian = 0.6745;
 /// still count as much as kFarWeight.
 constexpr double kReachMm = 40;
 constexpr double kFarWeight = 0.2;
+/// What is believed of known modes: their standard deviation in a take, and of what they do not explain, per axis.
+constexpr double kModeStrength = 0.2, kUnknownMm = 1;
 
 }  // namespace
 
-TakeRegression::TakeRegression(const HeadTake& take)
+TakeRegression::TakeRegression(const HeadTake& take, const std::vector<std::string>& names,
+                               const std::shared_ptr<const KnownMotion>& known)
     : take_(take), mean_mm_(take.markers, Eigen::Vector3d::Zero()), seen_in_(take.markers) {
+  modes_.use(known, names);
   feature_mm_.setZero(static_cast<Eigen::Index>(3 * take.markers), static_cast<Eigen::Index>(take.frames));
   for (std::size_t i = 0; i < take.markers; ++i) {
     for (std::size_t f = 0; f < take.frames; ++f) {
@@ -33,7 +38,9 @@ TakeRegression::TakeRegression(const HeadTake& take)
     if (seen_in_[i].empty()) continue;
     smooth(i);
     bridge(i);
+    modes_.see(i, mean_mm_[i]);
   }
+  modes_.align();
 }
 
 void TakeRegression::smooth(std::size_t i) {
@@ -127,21 +134,38 @@ std::vector<std::size_t> TakeRegression::samples(std::size_t i, std::size_t begi
   return chosen;
 }
 
-Eigen::MatrixXd TakeRegression::features(const std::vector<std::size_t>& frames, const Eigen::VectorXd& weights) const {
-  Eigen::MatrixXd chosen(feature_mm_.rows(), static_cast<Eigen::Index>(frames.size()));
-  Eigen::VectorXd by_axis(feature_mm_.rows());
-  for (Eigen::Index j = 0; j < weights.size(); ++j) by_axis.segment<3>(3 * j).setConstant(weights[j]);
-  for (std::size_t k = 0; k < frames.size(); ++k) {
-    chosen.col(static_cast<Eigen::Index>(k)) =
-        by_axis.cwiseProduct(feature_mm_.col(static_cast<Eigen::Index>(frames[k])));
+/// What the known modes make of the other markers' motion, as a map of it: each mode is a priori N(0, kModeStrength^2),
+/// each coordinate kUnknownMm off, the more the less a marker counts. No columns if nothing is known of marker i.
+Eigen::Matrix3Xd TakeRegression::guess_of(std::size_t i, const Eigen::VectorXd& weights) const {
+  if (!modes_.knows(i)) return {};
+  const auto count = weights.size();
+  Eigen::MatrixXd weighted = Eigen::MatrixXd::Zero(modes_.count(), 3 * count);
+  Eigen::MatrixXd precision = Eigen::MatrixXd::Zero(modes_.count(), modes_.count());
+  precision.diagonal().setConstant(1 / (kModeStrength * kModeStrength));
+  for (Eigen::Index j = 0; j < count; ++j) {
+    if (!modes_.knows(static_cast<std::size_t>(j))) continue;
+    const auto modes = modes_.of(static_cast<std::size_t>(j));
+    weighted.middleCols<3>(3 * j) = weights[j] / (kUnknownMm * kUnknownMm) * modes;
+    precision += weighted.middleCols<3>(3 * j) * modes.transpose();
   }
-  return chosen;
+  return modes_.of(i).transpose() * precision.llt().solve(weighted);
 }
 
-Eigen::VectorXd TakeRegression::times(const std::vector<std::size_t>& frames) const {
-  Eigen::VectorXd times(static_cast<Eigen::Index>(frames.size()));
-  for (std::size_t k = 0; k < frames.size(); ++k) times[static_cast<Eigen::Index>(k)] = take_.time_s[frames[k]];
-  return times;
+GapFeatures TakeRegression::features(const std::vector<std::size_t>& frames, const Eigen::VectorXd& weights,
+                                     const Eigen::Matrix3Xd& guess) const {
+  const auto count = static_cast<Eigen::Index>(frames.size());
+  GapFeatures features{Eigen::MatrixXd(feature_mm_.rows(), count), Eigen::VectorXd(count), {}};
+  Eigen::VectorXd by_axis(feature_mm_.rows());
+  for (Eigen::Index j = 0; j < weights.size(); ++j) by_axis.segment<3>(3 * j).setConstant(weights[j]);
+  if (guess.cols() > 0) features.guess_mm.resize(3, count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const std::size_t f = frames[static_cast<std::size_t>(k)];
+    const auto column = feature_mm_.col(static_cast<Eigen::Index>(f));
+    features.others.col(k) = by_axis.cwiseProduct(column);
+    features.time_s[k] = take_.time_s[f];
+    if (guess.cols() > 0) features.guess_mm.col(k) = guess * column;
+  }
+  return features;
 }
 
 GapRegression::Fill TakeRegression::fill(std::size_t i, std::size_t begin, std::size_t end) const {
@@ -151,10 +175,11 @@ GapRegression::Fill TakeRegression::fill(std::size_t i, std::size_t begin, std::
   for (std::size_t k = 0; k < known.size(); ++k) {
     position_mm.col(static_cast<Eigen::Index>(k)) = take_.position_mm[take_.at(known[k], i)];
   }
-  const GapRegression regression(features(known, weight), times(known), position_mm, noise_mm(i));
+  const Eigen::Matrix3Xd guess = guess_of(i, weight);
+  const GapRegression regression(features(known, weight, guess), position_mm, noise_mm(i));
   std::vector<std::size_t> hidden;
   for (std::size_t f = begin; f < end; ++f) hidden.push_back(f);
-  return regression.fill(features(hidden, weight), times(hidden));
+  return regression.fill(features(hidden, weight, guess));
 }
 
 }  // namespace risorius

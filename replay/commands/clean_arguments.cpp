@@ -9,6 +9,7 @@
 #include "replay/commands/number_check.h"
 #include "replay/commands/rig_argument.h"
 #include "replay/progress_line.h"
+#include "solve/rigs/rig_motion.h"
 
 namespace risorius {
 namespace {
@@ -37,14 +38,20 @@ void CleanArguments::add_to(CLI::App& command) {
       "fill by another method: linear, linear_head, cubic, kalman, pca, hold, damped_velocity, online_pca");
   command.add_option("--max-gap", max_gap_s, "seconds; a longer gap stays missing (default 10; 2 with --causal)")
       ->check(number_between(1e-3, 3600.0));
-  command.add_option("--rig", rig, "rig whose stabilisers hold the head still (default: learnt from the take)");
+  command.add_option("--rig", rig,
+                     "rig of this face: its stabilisers hold the head still, its AUs say how hidden markers move "
+                     "(default: the take alone)");
   take_arguments.add_to(command);
 }
 
 CleanedTake CleanArguments::run(MarkerSet& set) {
   const auto reader = open_take_or_builtin(take, take_arguments.options());
   print_warnings(*reader);
-  if (!rig.empty()) options.head_frame.stabilisers = stabilisers_of(rig_of_argument(rig));
+  if (!rig.empty()) {
+    const Rig known = rig_of_argument(rig);
+    options.head_frame.stabilisers = stabilisers_of(known);
+    options.known_motion = motion_of(known);
+  }
   options.max_gap_ns = static_cast<std::int64_t>(max_gap_s * 1e9);
   set = reader->info().markers;
   set.mm_per_unit = 1;

@@ -46,8 +46,8 @@ struct TakeJob {
   std::unique_ptr<TakeDataset> dataset;
 };
 
-/// The take's stem; a second take of the same stem gets "-2" and so on, and so does one that is named like a file of the
-/// dataset itself.
+/// The take's stem; a second take of the same stem gets "-2" and so on, and so does one that is named like a file of
+/// the dataset itself.
 std::vector<TakeJob> name_jobs(const DatasetArguments& arguments) {
   std::vector<TakeJob> jobs;
   std::set<std::string> names = dataset_file_names();
@@ -105,9 +105,9 @@ void process(TakeJob& job, const DatasetArguments& arguments, const Rig& rig, co
     FramePipeline pipeline(stages.pipeline, rig);
     solve_causally(*take, pipeline, sink, progress);
   } else if (arguments.joint) {
-    solve_jointly(*take, stages.pipeline, OfflineFillOptions{}, rig, threads, sink, progress);
+    solve_jointly(*take, stages.pipeline, rig, threads, sink, progress);
   } else {
-    solve_both_directions(*take, stages.pipeline, OfflineFillOptions{}, rig, sink, progress);
+    solve_both_directions(*take, stages.pipeline, rig, sink, progress);
   }
   job.dataset->finish();
   progress(job.dataset->frame_count(), 0);

@@ -31,7 +31,7 @@ void report(const ReportArguments& arguments) {
   ProgressLine progress("solving", "frames");
   std::uint64_t frames = 0;
   solve_both_directions(
-      *take, {}, {}, rig,
+      *take, {}, rig,
       [&](const SolvedFrame& frame) {
         page.add(frame);
         ++frames;

@@ -46,7 +46,9 @@ void read_repaired(TakeReader& take, const CleanOptions& options, GapFiller* fil
 
 void clean_live(TakeReader& take, const CleanOptions& options, CleanedTake& cleaned,
                 const std::function<void(double)>& progress) {
-  GapFillerOptions live{.lookahead_frames = options.lookahead_frames, .head_frame = options.head_frame};
+  GapFillerOptions live{.lookahead_frames = options.lookahead_frames,
+                        .head_frame = options.head_frame,
+                        .known_motion = options.known_motion};
   if (options.max_gap_ns > 0) live.max_gap_ns = options.max_gap_ns;
   GapFiller filler(live);
   filler.use_marker_set(take.info().markers);
@@ -57,7 +59,7 @@ void clean_offline(TakeReader& take, const CleanOptions& options, CleanedTake& c
                    const std::function<void(double)>& progress) {
   read_repaired(take, options, nullptr, cleaned, progress);
   const MarkerSet& set = take.info().markers;
-  OfflineFillOptions offline{.head_frame = options.head_frame};
+  OfflineFillOptions offline{.head_frame = options.head_frame, .known_motion = options.known_motion};
   if (options.max_gap_ns > 0) offline.max_gap_ns = options.max_gap_ns;
   if (progress) offline.progress = [&](double share) { progress(0.5 + 0.5 * share); };
   if (options.baseline.empty()) {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -13,11 +14,12 @@
 namespace risorius {
 
 struct CleanOptions {
-  bool is_causal = false;              ///< what the live service does
-  std::uint32_t lookahead_frames = 0;  ///< causal only
-  std::string baseline;                ///< a name of capture/repair/fill_methods.h; empty: the default
-  std::int64_t max_gap_ns = 0;         ///< 0: the filler's own default
-  HeadFrameOptions head_frame;         ///< such as a rig's stabilisers
+  bool is_causal = false;                           ///< what the live service does
+  std::uint32_t lookahead_frames = 0;               ///< causal only
+  std::string baseline;                             ///< a name of capture/repair/fill_methods.h; empty: the default
+  std::int64_t max_gap_ns = 0;                      ///< 0: the filler's own default
+  HeadFrameOptions head_frame;                      ///< such as a rig's stabilisers
+  std::shared_ptr<const KnownMotion> known_motion;  ///< such as a rig's
 };
 
 struct CleanedTake {

@@ -9,6 +9,7 @@
 #include "capture/check.h"
 #include "capture/errors.h"
 #include "replay/pipeline/rig_neutral.h"
+#include "solve/rigs/rig_motion.h"
 
 namespace risorius {
 namespace {
@@ -24,12 +25,19 @@ std::vector<double> upper_bounds_of(const Rig& rig) {
   return bounds;
 }
 
+/// What fills gaps is told how this face moves.
+GapFillerOptions fill_options_of(const PipelineOptions& options, const Rig& rig) {
+  GapFillerOptions fill = options.fill;
+  fill.known_motion = motion_of(rig);
+  return fill;
+}
+
 }  // namespace
 
 FramePipeline::FramePipeline(const PipelineOptions& options, Rig rig)
     : rig_(std::move(rig)),
       despiker_(options.despike),
-      filler_(options.fill),
+      filler_(fill_options_of(options, rig_)),
       solver_(rig_, options.solve),
       continuer_(make_continuation_model(options.continuation_model, rig_.au_names(), upper_bounds_of(rig_)),
                  options.continuation),

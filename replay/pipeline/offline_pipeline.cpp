@@ -2,6 +2,7 @@
 
 #include "capture/check.h"
 #include "capture/errors.h"
+#include "solve/rigs/rig_motion.h"
 
 namespace risorius {
 namespace {
@@ -53,12 +54,12 @@ void solve_causally(TakeReader& take, FramePipeline& pipeline, const SolvedFrame
   while (pipeline.pop(solved)) sink(solved);
 }
 
-void solve_both_directions(TakeReader& take, const PipelineOptions& options, const OfflineFillOptions& fill,
-                           const Rig& rig, const SolvedFrameSink& sink, const FrameProgress& progress) {
+void solve_both_directions(TakeReader& take, const PipelineOptions& options, const Rig& rig,
+                           const SolvedFrameSink& sink, const FrameProgress& progress) {
   AuSolver solver(rig, options.solve);
   name_take_in_error(take, [&] { solver.use_marker_set(take.info().markers); });
   std::vector<MarkerFrame> frames = read_despiked(take, options.despike);
-  fill_offline(frames, take.info().markers, fill);
+  fill_offline(frames, take.info().markers, {.known_motion = motion_of(rig)});
   SolvedFrame solved;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     solved.markers = frames[i];
@@ -68,10 +69,10 @@ void solve_both_directions(TakeReader& take, const PipelineOptions& options, con
   }
 }
 
-void solve_jointly(TakeReader& take, const PipelineOptions& options, const OfflineFillOptions& fill, const Rig& rig,
-                   int threads, const SolvedFrameSink& sink, const FrameProgress& progress) {
+void solve_jointly(TakeReader& take, const PipelineOptions& options, const Rig& rig, int threads,
+                   const SolvedFrameSink& sink, const FrameProgress& progress) {
   std::vector<MarkerFrame> frames = read_despiked(take, options.despike);
-  fill_offline(frames, take.info().markers, fill);
+  fill_offline(frames, take.info().markers, {.known_motion = motion_of(rig)});
   TakeSolver solver(rig, {.solve = options.solve, .threads = threads});
   std::vector<AuFrame> solved;
   name_take_in_error(take, [&] { solved = solver.solve(take.info().markers, frames, progress); });

@@ -24,12 +24,13 @@ std::vector<MarkerFrame> read_despiked(TakeReader& take, const DespikerOptions& 
 void solve_causally(TakeReader& take, FramePipeline& pipeline, const SolvedFrameSink& sink,
                     const FrameProgress& progress);
 
-/// Despikes causally, fills each gap from its past and its future, then solves in order. Holds the take in memory.
-void solve_both_directions(TakeReader& take, const PipelineOptions& options, const OfflineFillOptions& fill,
-                           const Rig& rig, const SolvedFrameSink& sink, const FrameProgress& progress);
+/// Despikes causally, fills each gap from its past, its future and the rig, then solves in order. Holds the take in
+/// memory.
+void solve_both_directions(TakeReader& take, const PipelineOptions& options, const Rig& rig,
+                           const SolvedFrameSink& sink, const FrameProgress& progress);
 
 /// The same, but all frames are solved at once, their courses joined (solve/joint/take_solver.h). `threads` as there.
-void solve_jointly(TakeReader& take, const PipelineOptions& options, const OfflineFillOptions& fill, const Rig& rig,
-                   int threads, const SolvedFrameSink& sink, const FrameProgress& progress);
+void solve_jointly(TakeReader& take, const PipelineOptions& options, const Rig& rig, int threads,
+                   const SolvedFrameSink& sink, const FrameProgress& progress);
 
 }  // namespace risorius

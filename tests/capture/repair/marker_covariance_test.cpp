@@ -1,6 +1,8 @@
 #include "capture/repair/marker_covariance.h"
 
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
+#include <memory>
 
 #include "capture/errors.h"
 #include "support/linear_face.h"
@@ -92,6 +94,64 @@ TEST(MarkerCovariance, BelievesThatNeighboursMoveAlikeBeforeItHasLearntAnything)
   EXPECT_LT(covariance.prediction_mm(3).z(), 0.1);
 }
 
+TEST(MarkerCovariance, AMarkerThatComesLateLeansOnItsNeighbours) {
+  MarkerCovariance covariance;
+  covariance.remap({-1, -1, -1, -1});
+  std::vector<Eigen::Vector3d> positions{{0, 0, 0}, {10, 0, 0}, {0, 10, 0}, {200, 0, 0}};
+  std::vector<std::uint8_t> visible{0, 1, 1, 1};
+  for (int f = 0; f < 30; ++f) {
+    covariance.observe(positions, visible);
+    covariance.learn(kStepS);
+  }
+  visible[0] = 1;
+  covariance.observe(positions, visible);
+  covariance.learn(kStepS);
+  for (std::size_t i : {1, 2}) positions[i].z() += 4;
+  visible[0] = 0;
+  covariance.observe(positions, visible);
+  EXPECT_GT(covariance.prediction_mm(0).z(), 2);
+  EXPECT_LT(covariance.prediction_mm(0).z(), 3);
+}
+
+/// A face of which it is known that marker 0 moves along y when marker 5, far from it, moves along x; and in a mode of
+/// their own markers 1 and 2 as one.
+KnownMotion opposite_corners() {
+  KnownMotion motion;
+  motion.rest_mm.resize(3, 6);
+  motion.rest_mm << -60, 60, 0, -60, 60, 80,  //
+      60, 60, 0, -60, -60, 10,                //
+      0, 0, 30, 0, 0, 20;
+  for (const char* name : {"a", "b", "c", "d", "e", "f"}) motion.marker_names.emplace_back(name);
+  motion.modes_mm.assign(2, Eigen::Matrix3Xd::Zero(3, 6));
+  motion.modes_mm[0](1, 0) = motion.modes_mm[0](0, 5) = 20;
+  motion.modes_mm[1](2, 1) = motion.modes_mm[1](2, 2) = 20;
+  return motion;
+}
+
+TEST(MarkerCovariance, BelievesWhatIsKnownOfTheFaceInTheAxesInWhichItIsSeen) {
+  const KnownMotion motion = opposite_corners();
+  const Eigen::Matrix3d turned = Eigen::AngleAxisd(2.0, Eigen::Vector3d(1, 2, -1).normalized()).toRotationMatrix();
+  std::vector<Eigen::Vector3d> positions;
+  for (Eigen::Index i = 0; i < 6; ++i) positions.push_back(turned * motion.rest_mm.col(i) + Eigen::Vector3d(9, 0, 300));
+  std::vector<std::uint8_t> visible(6, 1);
+  MarkerCovariance known, unknown;
+  for (MarkerCovariance* covariance : {&known, &unknown}) covariance->remap(std::vector<int>(6, -1));
+  known.know(std::make_shared<KnownMotion>(motion), motion.marker_names);
+  for (MarkerCovariance* covariance : {&known, &unknown}) {
+    covariance->observe(positions, visible);
+    covariance->learn(kStepS);
+  }
+  const Eigen::Vector3d rest = positions[0];
+  positions[5] += turned * Eigen::Vector3d(6, 0, 0);
+  visible[0] = 0;
+  for (MarkerCovariance* covariance : {&known, &unknown}) covariance->observe(positions, visible);
+  const Eigen::Vector3d moved = turned.transpose() * (known.prediction_mm(0) - rest);
+  EXPECT_GT(moved.y(), 4);  // 6 mm, less what the marker may do alone
+  EXPECT_LT(moved.y(), 6);
+  EXPECT_LT(std::abs(moved.x()) + std::abs(moved.z()), 0.5);
+  EXPECT_LT((unknown.prediction_mm(0) - rest).norm(), 0.5);
+}
+
 TEST(MarkerCovariance, StaysSoundOverManyFramesThatNeverChange) {
   LinearFace face(4);
   MarkerCovariance covariance = learnt(face, 100);
@@ -128,6 +188,8 @@ TEST(MarkerCovariance, KeepsWhatIsKnownOfMarkersThatRemainInTheSet) {
 TEST(MarkerCovariance, RejectsOptionsOutOfRange) {
   EXPECT_THROW(MarkerCovariance({.memory_s = 0}), UserError);
   EXPECT_THROW(MarkerCovariance({.rest_s = -1}), UserError);
+  EXPECT_THROW(MarkerCovariance({.mode_strength = 0}), UserError);
+  EXPECT_THROW(MarkerCovariance({.unknown_share = -0.1}), UserError);
   EXPECT_THROW(MarkerCovariance({.alone_mm = std::nan("")}), UserError);
   EXPECT_THROW(MarkerCovariance({.prior_samples = 0}), UserError);
 }
