@@ -11,7 +11,8 @@ namespace risorius {
 
 /// What `name` can be, for --help.
 inline constexpr const char* kTakeNames =
-    "TAKE or TAKE:FROM-TO (.c3d, .csv, .trc, .txt of IEMOCAP, .bnd or a folder of them; frames from 0), or \"builtin\" "
+    "TAKE or TAKE:FROM-TO (.c3d, .csv, .trc, .txt of IEMOCAP or of a Kinect (UCI), .bnd or a folder of them; frames "
+    "from 0), or \"builtin\" "
     "or \"builtin:SECONDS\"";
 
 /// A file, a stretch of it ("PATH:FROM-TO"), or the built-in performer for "builtin" or "builtin:SECONDS".

@@ -22,6 +22,7 @@ std::string_view trimmed(std::string_view text) noexcept {
 char separator_of(std::string_view header) noexcept {
   const auto count = [&](char c) { return std::count(header.begin(), header.end(), c); };
   if (count('\t') > count(',') && count('\t') > count(';')) return '\t';
+  if (count(',') == 0 && count(';') == 0) return ' ';
   return count(';') > count(',') ? ';' : ',';
 }
 

@@ -1,5 +1,5 @@
 // Comma-separated text: lines of a file, cells of a line, numbers of cells. Knows quotes, CRLF, a byte order mark, and
-// the separators , ; and tab.
+// the separators , ; and tab, and single blanks where the header has none of these.
 #pragma once
 
 #include <cstdint>

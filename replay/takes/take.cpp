@@ -11,6 +11,7 @@
 #include "replay/takes/c3d_reader.h"
 #include "replay/takes/csv_take.h"
 #include "replay/takes/iemocap_reader.h"
+#include "replay/takes/kinect_text_reader.h"
 #include "replay/takes/trc_reader.h"
 
 namespace risorius {
@@ -58,10 +59,11 @@ std::unique_ptr<TakeReader> open_take(const std::filesystem::path& path, const T
   if (extension == ".c3d") return std::make_unique<C3dReader>(path, options);
   if (extension == ".csv") return std::make_unique<CsvTakeReader>(path, options);
   if (extension == ".trc") return std::make_unique<TrcReader>(path, options);
+  if (extension == ".txt" && KinectTextReader::knows(path)) return std::make_unique<KinectTextReader>(path, options);
   if (extension == ".txt") return std::make_unique<IemocapReader>(path, options);
   if (extension == ".bnd" || std::filesystem::is_directory(path)) return std::make_unique<BndReader>(path, options);
   throw UserError(path.string(), "the extension '" + extension + "' is no take format that is known here",
-                  "give a .c3d, .csv, .trc, .txt (IEMOCAP) or .bnd file, or a folder of .bnd files (BU-4DFE)");
+                  "give a .c3d, .csv, .trc, .txt (IEMOCAP, Kinect) or .bnd file, or a folder of .bnd files (BU-4DFE)");
 }
 
 TakeRange parse_take_range(std::string_view text) {

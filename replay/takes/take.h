@@ -42,7 +42,7 @@ class TakeReader {
   virtual void rewind() = 0;
 };
 
-/// Opens by extension: .c3d, .csv, .trc, .txt (IEMOCAP), .bnd or a folder of them (BU-4DFE). Throws UserError.
+/// Opens by extension: .c3d, .csv, .trc, .txt (IEMOCAP, Kinect), .bnd or a folder of them (BU-4DFE). Throws UserError.
 std::unique_ptr<TakeReader> open_take(const std::filesystem::path& path, const TakeOptions& options = {});
 
 class TakeWriter {

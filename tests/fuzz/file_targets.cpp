@@ -12,6 +12,7 @@
 #include "replay/takes/c3d_writer.h"
 #include "replay/takes/csv_take.h"
 #include "replay/takes/iemocap_reader.h"
+#include "replay/takes/kinect_text_reader.h"
 #include "replay/takes/live_link_csv.h"
 #include "replay/takes/trc_reader.h"
 
@@ -99,6 +100,17 @@ std::vector<Bytes> iemocap_seeds() {
   return {
       bytes_of("CH1 TNOSE LH1 Mou3\nFrame# Time x y z x y z x y z x y z\n1 0.00000 1.5 2 3 4 5 6 0.1 0.2 0.3 7 8 9\n"
                "2 0.00833 NaN NaN NaN 4 5 6 0.1 0.2 0.3 7 8 9\r\n3 0.01667 1 2 3 4 5 6 nan nan nan 7 8 9\n")};
+}
+
+void run_kinect(std::span<const std::byte> input) {
+  static InputFile file("datapoints.txt");
+  read_take<KinectTextReader>(file.write(input));
+}
+
+std::vector<Bytes> kinect_seeds() {
+  return {
+      bytes_of("0.0 0x 0y 0z 1x 1y 1z\n1390385453.938 310.5 240 1050 215 345 1050\n1390385454.0 1 2 0 1 2 3\n"
+               "1390385454.62 1 1 900 1 1 900\r\n1390385454.125 1e2 1 900 -1 +1 900\n")};
 }
 
 void run_bnd(std::span<const std::byte> input) {

@@ -13,6 +13,8 @@ void run_csv(std::span<const std::byte> input);
 std::vector<Bytes> csv_seeds();
 void run_iemocap(std::span<const std::byte> input);
 std::vector<Bytes> iemocap_seeds();
+void run_kinect(std::span<const std::byte> input);
+std::vector<Bytes> kinect_seeds();
 void run_bnd(std::span<const std::byte> input);
 std::vector<Bytes> bnd_seeds();
 void run_au_csv(std::span<const std::byte> input);

@@ -24,6 +24,7 @@ constexpr std::array kTargets{
     Target{"trc", run_trc, trc_seeds},
     Target{"csv", run_csv, csv_seeds},
     Target{"iemocap", run_iemocap, iemocap_seeds},
+    Target{"kinect", run_kinect, kinect_seeds},
     Target{"bnd", run_bnd, bnd_seeds},
     Target{"au_csv", run_au_csv, au_csv_seeds},
     Target{"livelink_csv", run_live_link_csv, live_link_csv_seeds},
