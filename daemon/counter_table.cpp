@@ -85,6 +85,8 @@ constexpr auto kStreamCounters = std::to_array<CounterRow>({
     {"despike.rejected", kReasons, "marker samples", "taken for false, by reason",
      "false tracks: see the camera set-up"},
     {"fill", kLedger, "frames", "", ""},
+    {"fill.lookahead_frames", kGauge, "frames", "that every frame waits for later ones; in latency_us with the rest",
+     "`[fill] lookahead_frames`"},
     {"fill.filled_markers", kCount, "marker samples", "missing ones that were filled", "occlusions"},
     {"fill.left_missing_markers", kCount, "marker samples", "missing ones in gaps too long to fill",
      "occlusions; `[fill] max_gap_s`"},

@@ -97,6 +97,7 @@ nlohmann::json status_of_stream(const StreamInput& input, const PipelineStream& 
   json["despike"] = ledger_json(stream.stages.despiker().ledger());
   json["despike"]["rejected"] = rejected_json(stream.stages.despiker());
   json["fill"] = ledger_json(stream.stages.filler().ledger());
+  json["fill"]["lookahead_frames"] = stream.stages.filler().lookahead_frames();
   json["fill"]["filled_markers"] = filled_samples(stream.stages.filler());
   json["fill"]["left_missing_markers"] = stream.stages.filler().left_missing().value();
   json["solve"] = ledger_json(stream.stages.solver().ledger());
