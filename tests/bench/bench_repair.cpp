@@ -10,6 +10,8 @@
 #include "replay/commands/take_arguments.h"
 #include "replay/performer/performer.h"
 #include "solve/faces/builtin_face.h"
+#include "solve/faces/rig_fit.h"
+#include "solve/rigs/rig_motion.h"
 #include "support/test_data.h"
 
 namespace risorius::bench {
@@ -21,7 +23,8 @@ constexpr int kDefectSeeds = 6;
 struct BenchTake {
   std::string name;
   test::MarkerTake clean;
-  bool is_main = false;  ///< all tasks, all rows
+  bool is_main = false;                             ///< all tasks, all rows
+  std::shared_ptr<const KnownMotion> known_motion;  ///< of a rig fitted to its neutral, or null
 };
 
 test::MarkerTake read_all(TakeReader& reader) {
@@ -31,48 +34,46 @@ test::MarkerTake read_all(TakeReader& reader) {
 }
 
 /// Somebody who is not the built-in face, whole and without noise; the head moves fast.
-test::MarkerTake performed() {
+BenchTake performed() {
   PerformerOptions options{.seed = 11, .rate_hz = 60, .seconds = 30, .noise_mm = 0, .occlusion_share = 0};
   options.false_track_share = 0;
   options.head_motion = 3;
   options.perturb = PerturbOptions::like_people();
   PerformerTake take(builtin_rig(), options);
-  return read_all(take);
+  const Rig& actor = take.performance().true_rig();
+  const Rig fitted =
+      fit_rig(builtin_face(), actor.marker_names, actor.neutral_mm, find_landmark_map(kBuiltinLayout)).rig;
+  return {"performed", read_all(take), false, motion_of(fitted)};
 }
 
-std::vector<const FillMethodEntry*> methods() {
-  std::vector<const FillMethodEntry*> all;
-  for (const FillMethodEntry& method : fill_methods()) all.push_back(&method);
-  return all;
-}
-
-double least_crps(const TaskScores& scores, const std::vector<const FillMethodEntry*>& all, bool causal_only) {
+double least_crps(const TaskScores& scores, const std::vector<Filler>& all, bool causal_only) {
   double least = 1e30;
-  for (std::size_t m = 2; m < all.size(); ++m) {
-    if (!causal_only || all[m]->is_causal) least = std::min(least, crps_mm(scores.by_method[m], true));
+  for (std::size_t m = 0; m < all.size(); ++m) {
+    if (!all[m].is_baseline) continue;
+    if (!causal_only || all[m].is_causal) least = std::min(least, crps_mm(scores.by_method[m], true));
   }
   return least;
 }
 
-/// The default against the best of the methods that may stand against it.
-void report_default(const BenchTake& take, const TaskScores& scores, const std::vector<const FillMethodEntry*>& all,
-                    bool is_causal, BenchReport* report) {
-  const MethodScore& own = scores.by_method[is_causal ? 1 : 0];
+/// A default, with or without a rig, against the best of the methods that may stand against it.
+void report_default(const BenchTake& take, const TaskScores& scores, const std::vector<Filler>& all, std::size_t m,
+                    BenchReport* report) {
+  const bool is_causal = all[m].is_causal;
+  const MethodScore& own = scores.by_method[m];
   const std::size_t best = scores.best_baseline(all, is_causal);
   const MethodScore& other = scores.by_method[best];
   const Interval interval = ratio_interval(own, other);
-  const char* name = is_causal ? "causal" : "offline";
   const double ratio = mean_mm(own) / mean_mm(other), of_rmse = rmse_mm(own) / rmse_mm(other);
-  fmt::print("{:<10} {:<14} {:<8} {:.3f} / {:<16} {:.3f} = {:.2f} ({:.2f} to {:.2f}), RMSE {:.2f}\n", take.name,
-             scores.task.name, name, mean_mm(own), all[best]->name, mean_mm(other), ratio, interval.low, interval.high,
-             of_rmse);
+  fmt::print("{:<10} {:<14} {:<13} {:.3f} / {:<16} {:.3f} = {:.2f} ({:.2f} to {:.2f}), RMSE {:.2f}\n", take.name,
+             scores.task.name, all[m].name, mean_mm(own), all[best].name, mean_mm(other), ratio, interval.low,
+             interval.high, of_rmse);
   if (report == nullptr) return;
   const auto row = [&](const char* what) {
-    return fmt::format("{}: {}{}, {}", take.name, name, what, scores.task.name);
+    return fmt::format("{}: {}{}, {}", take.name, all[m].name, what, scores.task.name);
   };
   report->add(row(is_causal ? " / best causal" : " / best"), ratio);
   report->add(row(": 90 % interval off by"), std::abs(coverage_percent(own) - 90));
-  if (!take.is_main) return;
+  if (!take.is_main || all[m].knows_the_face) return;
   report->add(row(is_causal ? " / best causal RMSE" : " / best RMSE"), of_rmse);
   report->add(row(": CRPS / best"), crps_mm(own, false) / least_crps(scores, all, is_causal));
   report->add(row(": step at the start / noise"), start_step_p99_mm(own) / kNoise3dMm);
@@ -80,7 +81,7 @@ void report_default(const BenchTake& take, const TaskScores& scores, const std::
 }
 
 void bench_fill(const BenchTake& take, int draws, BenchReport* report) {
-  const auto all = methods();
+  const std::vector<Filler> all = fillers(take.known_motion);
   std::vector<GapTask> tasks = gap_tasks(take.clean.set.rate_hz);
   const std::vector<TaskScores> scores = score_fills(take.clean, tasks, all, draws);
   fmt::print("\n== {}: {} frames, {} markers, {} draws\n", take.name, take.clean.frames.size(),
@@ -88,12 +89,14 @@ void bench_fill(const BenchTake& take, int draws, BenchReport* report) {
   print_fill_table(scores, all);
   fmt::print("\ndefault / best of the others, mean error (95 % of the paired bootstrap)\n");
   for (const TaskScores& of_task : scores) {
-    for (const bool is_causal : {false, true}) report_default(take, of_task, all, is_causal, report);
+    for (std::size_t m = 0; m < all.size(); ++m) {
+      if (!all[m].is_baseline) report_default(take, of_task, all, m, report);
+    }
     if (report == nullptr || !take.is_main) continue;
     for (std::size_t m = 0; m < all.size(); ++m) {
-      report->add(fmt::format("{}: {}, {}", take.name, all[m]->name, of_task.task.name), mean_mm(of_task.by_method[m]));
+      report->add(fmt::format("{}: {}, {}", take.name, all[m].name, of_task.task.name), mean_mm(of_task.by_method[m]));
     }
-    const std::size_t pca = static_cast<std::size_t>(&fill_method_named("pca") - fill_methods().data());
+    const auto pca = static_cast<std::size_t>(std::ranges::find(all, "pca", &Filler::name) - all.begin());
     report->add(fmt::format("{}: causal / pca offline, {}", take.name, of_task.task.name),
                 mean_mm(of_task.by_method[1]) / mean_mm(of_task.by_method[pca]));
   }
@@ -130,16 +133,29 @@ void bench_despike(const BenchTake& take, BenchReport* report) {
   report_despike(take.name + "_defects.c3d", given, report);
 }
 
+/// As a newcomer has it: the built-in face fitted to a neutral, here of the frames [20, last).
+std::shared_ptr<const KnownMotion> motion_of_fitted(const test::MarkerTake& take, std::size_t last) {
+  Eigen::Matrix3Xd neutral = Eigen::Matrix3Xd::Zero(3, static_cast<Eigen::Index>(take.set.names.size()));
+  for (std::size_t f = 20; f < last; ++f) {
+    for (std::size_t i = 0; i < take.set.names.size(); ++i) {
+      const Position& p = take.frames[f].position_mm[i];
+      neutral.col(static_cast<Eigen::Index>(i)) += Eigen::Vector3d(p.x, p.y, p.z) / static_cast<double>(last - 20);
+    }
+  }
+  return motion_of(fit_rig(builtin_face(), take.set.names, neutral, find_landmark_map("animface41")).rig);
+}
+
 std::vector<BenchTake> default_takes() {
   std::vector<BenchTake> takes;
   const auto folder = test::data_folder() / "animface";
-  for (const char* name : {"jaw", "eyebrows"}) {
-    takes.push_back({name, test::read_marker_csv(folder / (std::string(name) + ".csv"), 60), takes.empty()});
+  for (const auto& [name, last_neutral] : {std::pair{"jaw", 90}, std::pair{"eyebrows", 120}}) {
+    takes.push_back({name, test::read_marker_csv(folder / (std::string(name) + ".csv"), 60), takes.empty(), {}});
     if (takes.back().clean.frames.empty()) {
       throw std::runtime_error(folder.string() + ": no takes there; set RISORIUS_DATA, or give --take FILE");
     }
+    takes.back().known_motion = motion_of_fitted(takes.back().clean, last_neutral);
   }
-  takes.push_back({"performed", performed(), false});
+  takes.push_back(performed());
   return takes;
 }
 
@@ -168,7 +184,7 @@ int main(int argc, char** argv) {
     for (const std::string& file : files) {
       const auto reader = open_take_or_builtin(file, arguments.options());
       print_warnings(*reader);
-      const bench::BenchTake take{path_of_take(file).stem().string(), bench::read_all(*reader), true};
+      const bench::BenchTake take{path_of_take(file).stem().string(), bench::read_all(*reader), true, {}};
       bench::bench_fill(take, draws, nullptr);
       bench::bench_despike(take, nullptr);
     }
