@@ -1,9 +1,13 @@
 #include "replay/pipeline/clean_take.h"
 
+#include <algorithm>
+
 #include "capture/check.h"
 #include "capture/errors.h"
 #include "capture/repair/fill_methods.h"
+#include "capture/repair/head_take.h"
 #include "capture/repair/offline_repair.h"
+#include "capture/repair/position_vector.h"
 
 namespace risorius {
 namespace {
@@ -90,6 +94,31 @@ CleanedTake clean_take(TakeReader& take, const CleanOptions& options, const std:
   (options.is_causal ? clean_live : clean_offline)(take, options, cleaned, progress);
   count(cleaned);
   return cleaned;
+}
+
+void hold_head_still(CleanedTake& cleaned, const MarkerSet& set, const HeadFrameOptions& options) {
+  const HeadTake heads = carry_into_head_frame(cleaned.after, set, options);
+  for (std::size_t f = 0; f < cleaned.after.size(); ++f) {
+    for (MarkerFrame* frame : {&cleaned.before[f], &cleaned.after[f]}) {
+      for (std::size_t i = 0; i < frame->count; ++i) {
+        Position& p = frame->position_mm[i];
+        p = to_position(heads.head_from_world[f] * to_vector(p));
+      }
+    }
+  }
+}
+
+std::vector<std::string> most_repaired(const CleanedTake& cleaned, const MarkerSet& set, std::size_t count) {
+  std::vector<std::pair<std::size_t, std::size_t>> repaired(set.names.size());  // samples measured, index
+  for (std::size_t i = 0; i < repaired.size(); ++i) repaired[i].second = i;
+  for (const MarkerFrame& frame : cleaned.after) {
+    for (std::size_t i = 0; i < frame.count; ++i) repaired[i].first += frame.state[i] == MarkerState::kMeasured;
+  }
+  std::erase_if(repaired, [](const auto& marker) { return marker.first == 0; });  // never seen: nothing to look at
+  std::ranges::sort(repaired);
+  std::vector<std::string> names;
+  for (std::size_t k = 0; k < std::min(count, repaired.size()); ++k) names.push_back(set.names[repaired[k].second]);
+  return names;
 }
 
 const char* name_of(RejectReason reason) noexcept {

@@ -32,6 +32,12 @@ struct CleanedTake {
 /// other, or a take that cannot be read.
 CleanedTake clean_take(TakeReader& take, const CleanOptions& options, const std::function<void(double)>& progress = {});
 
+/// Before and after, with the head held still. Where the markers leave a pose open it is bridged.
+void hold_head_still(CleanedTake& cleaned, const MarkerSet& set, const HeadFrameOptions& options);
+
+/// The names of the `count` markers, of those that were seen, of which most was filled or left missing; most first.
+std::vector<std::string> most_repaired(const CleanedTake& cleaned, const MarkerSet& set, std::size_t count);
+
 /// "jump", "deviation", ...
 const char* name_of(RejectReason reason) noexcept;
 

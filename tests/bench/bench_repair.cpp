@@ -7,6 +7,7 @@
 #include "bench/bench_report.h"
 #include "bench/despike_bench.h"
 #include "bench/fill_bench.h"
+#include "bench/real_defects.h"
 #include "replay/commands/take_arguments.h"
 #include "replay/performer/performer.h"
 #include "solve/faces/builtin_face.h"
@@ -179,6 +180,7 @@ int main(int argc, char** argv) {
         bench::bench_fill(take, take.is_main ? draws : std::max(1, draws / 3), &report);
         bench::bench_despike(take, &report);
       }
+      bench::bench_real_defects(test::data_folder(), report);
       return report.finish();
     }
     for (const std::string& file : files) {

@@ -89,6 +89,27 @@ TEST(CleanTake, TheRigSaysHowMarkersMoveThatWereHardlySeen) {
   }
 }
 
+TEST(CleanTake, HoldsTheHeadStillAndNamesTheMarkersThatWereRepairedMost) {
+  test::MarkerTake take = test::synthetic_take({.head_moves = true});
+  test::hide(take, 7, 100, 60);
+  test::hide(take, 3, 200, 30);
+  test::hide(take, 9, 0, take.frames.size());
+  CleanedTake cleaned{.before = take.frames, .after = take.frames};
+  fill_offline(cleaned.after, take.set, {});
+  EXPECT_EQ(most_repaired(cleaned, take.set, 2), (std::vector<std::string>{"M7", "M3"}));
+  hold_head_still(cleaned, take.set, {});
+  const auto travelled_mm = [](const std::vector<MarkerFrame>& frames, std::size_t i) {
+    double farthest = 0;
+    for (const MarkerFrame& f : frames) {
+      farthest = std::max(farthest, test::distance_mm(f.position_mm[i], frames[0].position_mm[i]));
+    }
+    return farthest;
+  };
+  EXPECT_GT(travelled_mm(take.frames, 23), 40);   // with the head
+  EXPECT_LT(travelled_mm(cleaned.after, 23), 3);  // the upper half hardly moves on it
+  EXPECT_LT(travelled_mm(cleaned.before, 23), 3);
+}
+
 TEST(CleanTake, CountsEverySampleOnce) {
   PerformerTake take = performance();
   for (const CleanOptions& options : {CleanOptions{}, CleanOptions{.is_causal = true, .lookahead_frames = 5},
