@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 
 namespace risorius {
@@ -11,8 +10,6 @@ namespace {
 /// What is believed at first of a gap's variance, in units of the stated one: times kUnlearnt at the start, and by this
 /// much more in the first second. Set on the jaw and eyebrows takes.
 constexpr double kUnlearnt = 1.2, kUnlearntGrowth = 7, kUnlearntPower = 0.8;
-/// Samples (axes of gaps; all frames of one octave of a gap are one) that this belief is worth.
-constexpr double kBeliefSamples = 20;
 constexpr double kFirstAfterS = 0.5;
 /// Of the rehearsed gaps, one after the other. Each of them rehearses all shorter ones, too.
 constexpr std::array kLengthS{0.27, 2.13, 0.27, 1.07};
@@ -26,19 +23,6 @@ constexpr double kLeastOwnShare = 0.15;
 constexpr double kTiny = 1e-9;
 
 double believed(double gap_s) noexcept { return kUnlearnt + kUnlearntGrowth * std::pow(gap_s, kUnlearntPower); }
-
-/// Of the believed deviations up to so many, the half-normal share.
-double share_below(double deviations) noexcept { return std::erf(deviations / std::numbers::sqrt2); }
-constexpr double kFirstError = 1.0 / 16, kErrorsPerOctave = 3;
-const std::array kErrorLimits = [] {
-  std::array<double, 32> limits;
-  for (std::size_t bin = 0; bin < limits.size(); ++bin) {
-    limits[bin] = kFirstError * std::exp2(static_cast<double>(bin) / kErrorsPerOctave);
-  }
-  return limits;
-}();
-/// The interval that shall be honest.
-constexpr double kInterval = 0.9, kIntervalDeviations = 1.6449;
 
 }  // namespace
 
@@ -66,11 +50,8 @@ void FillRehearsal::reset() noexcept {
   reset_books();
 }
 
-FillRehearsal::Cell FillRehearsal::belief(std::size_t c) noexcept {
-  Cell cell{.samples = kBeliefSamples};
-  cell.away = cell.towards = kBeliefSamples * std::exp2(2.0 * static_cast<double>(c % kMoves) - 2);
-  for (std::size_t e = 0; e < kErrors; ++e) cell.errors[e] = kBeliefSamples * share_below(kErrorLimits[e]);
-  return cell;
+FillTrust FillRehearsal::belief(std::size_t c) noexcept {
+  return FillTrust(std::exp2(2.0 * static_cast<double>(c % kMoves) - 2));
 }
 
 void FillRehearsal::reset_books() noexcept {
@@ -83,14 +64,7 @@ void FillRehearsal::reset_books() noexcept {
 /// What was found gives way to the belief.
 void FillRehearsal::forget(double seconds) noexcept {
   const double gone = 1 - std::exp(-seconds / memory_s_);
-  for (std::size_t c = 0; c < cells_.size(); ++c) {
-    const Cell first = belief(c);
-    Cell& cell = cells_[c];
-    cell.away += gone * (first.away - cell.away);
-    cell.towards += gone * (first.towards - cell.towards);
-    cell.samples += gone * (first.samples - cell.samples);
-    for (std::size_t e = 0; e < kErrors; ++e) cell.errors[e] += gone * (first.errors[e] - cell.errors[e]);
-  }
+  for (std::size_t c = 0; c < cells_.size(); ++c) cells_[c].give_way(belief(c), gone);
 }
 
 void FillRehearsal::take(const std::vector<Eigen::Vector3d>& position_head_mm,
@@ -199,31 +173,13 @@ void FillRehearsal::note_error(std::size_t i, const MarkerFill& said, const Eige
   const double unit = believed(gap_s) * said.variance_mm2 + kTiny;
   const MarkerFill fill = weigh(i, said, stayed_head_mm, gap_s);
   const Eigen::Vector3d away = said.position_head_mm - stayed_head_mm;
-  const Eigen::Array3d error = (position_head_mm_[i] - fill.position_head_mm).array().abs() / std::sqrt(unit);
-  static_assert(kErrors <= kErrorLimits.size());
-  std::array<double, kErrors> below;
-  for (std::size_t e = 0; e < kErrors; ++e) below[e] = static_cast<double>((error <= kErrorLimits[e]).count());
+  const Eigen::Vector3d error = position_head_mm_[i] - fill.position_head_mm;
+  const Eigen::Vector3d right = position_head_mm_[i] - stayed_head_mm;
   const Place place = place_of(gap_s, away.squaredNorm() / (3 * unit));
   for (std::size_t c = 0; c < 4; ++c) {
-    Cell& cell = cells_[place.cell[c]];
-    const double share = frame * place.share[c];
-    cell.away += share * away.squaredNorm() / unit;
-    cell.towards += share * away.dot(position_head_mm_[i] - stayed_head_mm) / unit;
-    for (std::size_t e = 0; e < kErrors; ++e) cell.errors[e] += share * below[e];
-    cell.samples += 3 * share;
+    cells_[place.cell[c]].note_move(frame * place.share[c], away, right, unit);
+    cells_[place.cell[c]].note_error(frame * place.share[c], error, unit);
   }
-}
-
-double FillRehearsal::weight(const Cell& cell) const noexcept { return std::clamp(cell.towards / cell.away, 0.0, 1.0); }
-
-double FillRehearsal::scale(const Cell& cell) noexcept {
-  const double wanted = kInterval * cell.samples;
-  std::size_t e = 1;
-  while (e + 1 < kErrors && cell.errors[e] < wanted) ++e;
-  const double below = cell.errors[e - 1], above = cell.errors[e];
-  const double share = above > below ? std::clamp((wanted - below) / (above - below), 0.0, 1.0) : 1;
-  const double limit = kErrorLimits[e - 1] * std::exp2(share / kErrorsPerOctave);
-  return limit * limit / (kIntervalDeviations * kIntervalDeviations);
 }
 
 FillRehearsal::Place FillRehearsal::place_of(double gap_s, double move) noexcept {
@@ -243,8 +199,8 @@ MarkerFill FillRehearsal::weigh(std::size_t i, const MarkerFill& model, const Ei
   const Place place = place_of(gap_s, away.squaredNorm() / (3 * unit));
   double weighed = 0, scaled = 0;
   for (std::size_t c = 0; c < 4; ++c) {
-    weighed += place.share[c] * weight(cells_[place.cell[c]]);
-    scaled += place.share[c] * scale(cells_[place.cell[c]]);
+    weighed += place.share[c] * cells_[place.cell[c]].weight();
+    scaled += place.share[c] * cells_[place.cell[c]].scale();
   }
   // What was measured when the marker came back had its noise, too, and the fill has not.
   const double with_noise = scaled * unit;

@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "capture/repair/fill_model.h"
+#include "capture/repair/fill_trust.h"
 #include "capture/repair/measurement_noise.h"
 
 namespace risorius {
@@ -52,16 +53,6 @@ class FillRehearsal {
   static constexpr std::size_t kMostHidden = 6;
 
   static constexpr std::size_t kMoves = 4;  ///< (model - stayed)^2 of 1/4, 1, 4, 16 believed variances
-  static constexpr std::size_t kErrors =
-      28;  ///< |truth - fill|, in believed deviations, by thirds of octaves from 1/16
-
-  /// What was found at gaps of one length and moves of one size; forgotten exponentially.
-  struct Cell {
-    double away;                         ///< sum of (model - stayed)^2, in believed variances
-    double towards;                      ///< of (model - stayed) . (truth - stayed)
-    double samples;                      ///< axes
-    std::array<double, kErrors> errors;  ///< how many axes had an error up to so large
-  };
   /// Between which cells a fill lies: bilinear.
   struct Place {
     std::array<std::size_t, 4> cell;
@@ -76,7 +67,7 @@ class FillRehearsal {
   };
   using Cast = std::array<Actor, kMostHidden>;
 
-  static Cell belief(std::size_t c) noexcept;
+  static FillTrust belief(std::size_t c) noexcept;
   void reset_books() noexcept;
   void forget(double seconds) noexcept;
   void begin_gap() noexcept;
@@ -88,8 +79,6 @@ class FillRehearsal {
   void note_error(std::size_t i, const MarkerFill& said, const Eigen::Vector3d& stayed_head_mm, double gap_s,
                   double frame) noexcept;
   static Place place_of(double gap_s, double move) noexcept;
-  double weight(const Cell& cell) const noexcept;
-  static double scale(const Cell& cell) noexcept;
 
   MarkerCovariance covariance_;
   MeasurementNoise noise_;
@@ -104,7 +93,7 @@ class FillRehearsal {
   std::size_t next_length_ = 0;
   double gap_s_ = 0, ends_s_ = 0;  ///< of the gap at hand; before the first one: of the time before it
   double memory_s_;
-  std::array<Cell, kOctaves * kMoves> cells_;
+  std::array<FillTrust, kOctaves * kMoves> cells_;  ///< gaps of one length and moves of one size; forgotten
 };
 
 }  // namespace risorius

@@ -33,25 +33,32 @@ double matern(double u) noexcept {
 
 }  // namespace
 
-GapRegression::GapRegression(GapFeatures known, const Eigen::Matrix3Xd& position_mm, double noise_mm)
-    : known_(std::move(known)), position_mm_(position_mm), noise_mm2_(noise_mm * noise_mm) {
+GapRegression::GapRegression(GapFeatures known, const Eigen::Matrix3Xd& position_mm, double noise_mm,
+                             const GapChoice& choice)
+    : known_(std::move(known)), position_mm_(position_mm), noise_mm2_(noise_mm * noise_mm), kernel_(choice.kernel) {
   const double energy = known_.others.squaredNorm() / static_cast<double>(position_mm.cols());
   feature_scale_ = energy > 0 ? 1 / energy : 0;
-  const Eigen::MatrixXd products = feature_scale_ * (known_.others.transpose() * known_.others);
-  double best = -std::numeric_limits<double>::infinity(), likeliest_share = 0;
-  GapKernel likeliest = kKernels.front();
+  subtract_guess(choice.guess_share);
+  factorize(products());
+}
+
+GapRegression::GapRegression(GapFeatures known, const Eigen::Matrix3Xd& position_mm, double noise_mm)
+    : GapRegression(std::move(known), position_mm, noise_mm, {kKernels.front(), 0}) {
+  const Eigen::MatrixXd by_others = products();
+  double best = -std::numeric_limits<double>::infinity();
+  GapChoice likeliest = choice();
   for (const double share : kGuessShares) {
     if (share > 0 && known_.guess_mm.cols() == 0) continue;
     subtract_guess(share);
     for (const GapKernel& candidate : kKernels) {
       kernel_ = candidate;
-      const double likelihood = factorize(products);
-      if (likelihood > best) best = likelihood, likeliest = candidate, likeliest_share = share;
+      const double likelihood = factorize(by_others);
+      if (likelihood > best) best = likelihood, likeliest = choice();
     }
   }
-  subtract_guess(likeliest_share);
-  kernel_ = likeliest;
-  factorize(products);
+  subtract_guess(likeliest.guess_share);
+  kernel_ = likeliest.kernel;
+  factorize(by_others);
 }
 
 void GapRegression::subtract_guess(double share) {

@@ -23,6 +23,12 @@ struct GapKernel {
   double slow, slow_s, quick, quick_s, rough;
 };
 
+/// What was found likeliest.
+struct GapChoice {
+  GapKernel kernel;
+  double guess_share;
+};
+
 /// What is known at some frames, one column each.
 struct GapFeatures {
   Eigen::MatrixXd others;     ///< where the other markers are, weighted as they shall count
@@ -41,6 +47,10 @@ class GapRegression {
   /// At least one sample.
   GapRegression(GapFeatures known, const Eigen::Matrix3Xd& position_mm, double noise_mm);
 
+  /// With a choice made elsewhere.
+  GapRegression(GapFeatures known, const Eigen::Matrix3Xd& position_mm, double noise_mm, const GapChoice& choice);
+
+  GapChoice choice() const noexcept { return {kernel_, guess_share_}; }
   /// There is a guess if there was one of the samples.
   Fill fill(const GapFeatures& hidden) const;
 
@@ -50,6 +60,7 @@ class GapRegression {
   double factorize(const Eigen::MatrixXd& products);
 
   void subtract_guess(double share);
+  Eigen::MatrixXd products() const { return feature_scale_ * (known_.others.transpose() * known_.others); }
 
   GapFeatures known_;
   Eigen::Matrix3Xd position_mm_;

@@ -1,14 +1,19 @@
 #include "capture/repair/offline_repair.h"
 
+#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 
 #include "capture/errors.h"
 #include "capture/repair/baselines/interpolation.h"
 #include "capture/repair/take_regression.h"
+#include "capture/repair/take_rehearsal.h"
 
 namespace risorius {
 namespace {
+
+/// Gaps of a take that are rehearsed, at most, and in how many places: about kRehearsals in all.
+constexpr std::size_t kRehearsedGaps = 400, kRehearsals = 100, kFewestPlaces = 2, kMostPlaces = 8;
 
 void check(const std::vector<MarkerFrame>& frames, const MarkerSet& set, const OfflineFillOptions& options) {
   if (options.max_gap_ns <= 0) {
@@ -38,11 +43,6 @@ void reject_not_finite(std::vector<MarkerFrame>& frames) noexcept {
   }
 }
 
-/// A run of frames in which a marker is hidden: [begin, end).
-struct Gap {
-  std::size_t marker, begin, end;
-};
-
 std::vector<Gap> gaps_of(const HeadTake& take, const std::vector<MarkerFrame>& frames, std::int64_t max_gap_ns) {
   std::vector<Gap> gaps;
   for (std::size_t i = 0; i < take.markers; ++i) {
@@ -65,14 +65,24 @@ void fill_by_regression(std::vector<MarkerFrame>& frames, const MarkerSet& set, 
   const std::vector<Gap> gaps = gaps_of(take, frames, options.max_gap_ns);
   if (gaps.empty()) return;
   const TakeRegression regression(take, set.names, options.known_motion);
+  TakeRehearsal rehearsal(take, regression);
+  const std::size_t each = (gaps.size() + kRehearsedGaps - 1) / kRehearsedGaps;
+  const std::size_t places = std::clamp(kRehearsals / gaps.size(), kFewestPlaces, kMostPlaces);
+  std::vector<GapRegression::Fill> fills;
+  for (std::size_t g = 0; g < gaps.size(); ++g) {
+    TakeRegression::Way way = regression.fill(gaps[g]);
+    if (g % each == 0) rehearsal.practise(gaps[g], way.choice, places);
+    fills.push_back(std::move(way.fill));
+    if (options.progress) options.progress(static_cast<double>(g) / static_cast<double>(gaps.size()));
+  }
+  rehearsal.conclude();
   for (std::size_t g = 0; g < gaps.size(); ++g) {
     const auto [i, begin, end] = gaps[g];
-    const GapRegression::Fill fill = regression.fill(i, begin, end);
+    rehearsal.weigh(gaps[g], fills[g]);
     for (std::size_t f = begin; f < end; ++f) {
       const auto column = static_cast<Eigen::Index>(f - begin);
-      take.set_filled(frames[f], f, i, fill.position_mm.col(column), std::sqrt(fill.variance_mm2[column]));
+      take.set_filled(frames[f], f, i, fills[g].position_mm.col(column), std::sqrt(fills[g].variance_mm2[column]));
     }
-    if (options.progress) options.progress(static_cast<double>(g) / static_cast<double>(gaps.size()));
   }
 }
 

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace risorius {
 namespace {
@@ -23,6 +24,12 @@ constexpr double kReachMm = 40;
 constexpr double kFarWeight = 0.2;
 /// What is believed of known modes: their standard deviation in a take, and of what they do not explain, per axis.
 constexpr double kModeStrength = 0.2, kUnknownMm = 1;
+
+std::vector<std::size_t> frames_of(const Gap& gap) {
+  std::vector<std::size_t> frames(gap.length());
+  std::iota(frames.begin(), frames.end(), gap.begin);
+  return frames;
+}
 
 }  // namespace
 
@@ -98,30 +105,67 @@ double TakeRegression::noise_mm(std::size_t i) const {
   return *middle / (kNormalMedian * std::sqrt(6.0));
 }
 
+double TakeRegression::seen_share(std::size_t j, const Gap& gap) const {
+  double seen = 0;
+  for (std::size_t f = gap.begin; f < gap.end; ++f) seen += take_.measured[take_.at(f, j)];
+  return seen / static_cast<double>(gap.length());
+}
+
+double TakeRegression::nearness(std::size_t i, std::size_t j) const {
+  const double apart = (mean_mm_[i] - mean_mm_[j]).norm() / kReachMm;
+  return std::exp(-apart * apart / 2);
+}
+
+double TakeRegression::unheard(const Gap& gap) const {
+  double hidden = 0, all = 0;
+  for (std::size_t j = 0; j < take_.markers; ++j) {
+    if (j == gap.marker || seen_in_[j].empty()) continue;
+    const double near = nearness(gap.marker, j);
+    hidden += near * (1 - seen_share(j, gap));
+    all += near;
+  }
+  return all > 0 ? hidden / all : 1;
+}
+
+double TakeRegression::liveliness(const Gap& gap, std::size_t begin) const {
+  const Eigen::VectorXd weight = weights(gap);
+  const auto from = static_cast<Eigen::Index>(begin), length = static_cast<Eigen::Index>(gap.length());
+  double squared = 0;
+  for (Eigen::Index j = 0; j < weight.size(); ++j) {
+    if (weight[j] == 0) continue;
+    const auto way = feature_mm_.block(3 * j, from, 3, length);
+    const Eigen::Vector3d first = way.col(0), last = way.col(length - 1);
+    for (Eigen::Index k = 1; k + 1 < length; ++k) {
+      const double share = static_cast<double>(k) / static_cast<double>(length - 1);
+      squared += weight[j] * (way.col(k) - (1 - share) * first - share * last).squaredNorm();
+    }
+  }
+  return squared / static_cast<double>(length);
+}
+
 /// A marker counts as far as it is seen in the gap (what stands there instead is only a guess), and the more the
 /// nearer.
-Eigen::VectorXd TakeRegression::weights(std::size_t i, std::size_t begin, std::size_t end) const {
+Eigen::VectorXd TakeRegression::weights(const Gap& gap) const {
   Eigen::VectorXd weights = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(take_.markers));
   for (std::size_t j = 0; j < take_.markers; ++j) {
-    if (j == i) continue;
-    double seen = 0;
-    for (std::size_t f = begin; f < end; ++f) seen += take_.measured[take_.at(f, j)];
-    seen /= static_cast<double>(end - begin);
-    const double apart = (mean_mm_[i] - mean_mm_[j]).norm() / kReachMm;
-    const double near = kFarWeight + (1 - kFarWeight) * std::exp(-apart * apart / 2);
+    if (j == gap.marker) continue;
+    const double seen = seen_share(j, gap);
+    const double near = kFarWeight + (1 - kFarWeight) * nearness(gap.marker, j);
     weights[static_cast<Eigen::Index>(j)] = near * seen * seen * seen * seen;
   }
   return weights;
 }
 
-std::vector<std::size_t> TakeRegression::samples(std::size_t i, std::size_t begin, std::size_t end) const {
-  const std::vector<std::size_t>& seen = seen_in_[i];
+/// None within the gap, though the marker may be measured there (fill_at).
+std::vector<std::size_t> TakeRegression::samples(const Gap& gap) const {
+  const std::vector<std::size_t>& seen = seen_in_[gap.marker];
   std::vector<std::size_t> chosen;
   for (std::size_t k = 0; k < std::min(kFarSamples, seen.size()); ++k) {
     chosen.push_back(seen[k * seen.size() / std::min(kFarSamples, seen.size())]);
   }
-  const auto after = static_cast<std::size_t>(std::lower_bound(seen.begin(), seen.end(), end) - seen.begin());
-  const auto before = static_cast<std::size_t>(std::lower_bound(seen.begin(), seen.end(), begin) - seen.begin());
+  std::erase_if(chosen, [&](std::size_t f) { return f >= gap.begin && f < gap.end; });
+  const auto after = static_cast<std::size_t>(std::lower_bound(seen.begin(), seen.end(), gap.end) - seen.begin());
+  const auto before = static_cast<std::size_t>(std::lower_bound(seen.begin(), seen.end(), gap.begin) - seen.begin());
   double step = 0;
   for (std::size_t k = 0; k < kNearSamples; ++k) {
     step = k < kNextSamples ? static_cast<double>(k) : kWidening * step;
@@ -168,18 +212,30 @@ GapFeatures TakeRegression::features(const std::vector<std::size_t>& frames, con
   return features;
 }
 
-GapRegression::Fill TakeRegression::fill(std::size_t i, std::size_t begin, std::size_t end) const {
-  const Eigen::VectorXd weight = weights(i, begin, end);
-  const std::vector<std::size_t> known = samples(i, begin, end);
-  Eigen::Matrix3Xd position_mm(3, static_cast<Eigen::Index>(known.size()));
-  for (std::size_t k = 0; k < known.size(); ++k) {
-    position_mm.col(static_cast<Eigen::Index>(k)) = take_.position_mm[take_.at(known[k], i)];
+Eigen::Matrix3Xd TakeRegression::positions_mm(std::size_t i, const std::vector<std::size_t>& frames) const {
+  Eigen::Matrix3Xd position_mm(3, static_cast<Eigen::Index>(frames.size()));
+  for (std::size_t k = 0; k < frames.size(); ++k) {
+    position_mm.col(static_cast<Eigen::Index>(k)) = take_.position_mm[take_.at(frames[k], i)];
   }
-  const Eigen::Matrix3Xd guess = guess_of(i, weight);
-  const GapRegression regression(features(known, weight, guess), position_mm, noise_mm(i));
-  std::vector<std::size_t> hidden;
-  for (std::size_t f = begin; f < end; ++f) hidden.push_back(f);
-  return regression.fill(features(hidden, weight, guess));
+  return position_mm;
+}
+
+TakeRegression::Way TakeRegression::fill(const Gap& gap) const {
+  const Eigen::VectorXd weight = weights(gap);
+  const Eigen::Matrix3Xd guess = guess_of(gap.marker, weight);
+  const std::vector<std::size_t> known = samples(gap);
+  const GapRegression regression(features(known, weight, guess), positions_mm(gap.marker, known), noise_mm(gap.marker));
+  return {regression.fill(features(frames_of(gap), weight, guess)), regression.choice()};
+}
+
+GapRegression::Fill TakeRegression::fill_at(const Gap& gap, std::size_t begin, const GapChoice& choice) const {
+  const Eigen::VectorXd weight = weights(gap);
+  const Eigen::Matrix3Xd guess = guess_of(gap.marker, weight);
+  const Gap moved{gap.marker, begin, begin + gap.length()};
+  const std::vector<std::size_t> known = samples(moved);
+  const GapRegression regression(features(known, weight, guess), positions_mm(gap.marker, known), noise_mm(gap.marker),
+                                 choice);
+  return regression.fill(features(frames_of(moved), weight, guess));
 }
 
 }  // namespace risorius

@@ -2,17 +2,22 @@
 // By default the two real takes and one of the performer, judged by tests/bench/bars.tsv. With --take, any take: tables
 // alone, since nobody knows what a bar on it means.
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <fmt/core.h>
 
 #include "bench/bench_report.h"
 #include "bench/despike_bench.h"
 #include "bench/fill_bench.h"
 #include "bench/real_defects.h"
+#include "capture/check.h"
+#include "capture/repair/despiker.h"
+#include "capture/repair/gap_filler.h"
 #include "replay/commands/take_arguments.h"
 #include "replay/performer/performer.h"
 #include "solve/faces/builtin_face.h"
 #include "solve/faces/rig_fit.h"
 #include "solve/rigs/rig_motion.h"
+#include "support/synthetic_take.h"
 #include "support/test_data.h"
 
 namespace risorius::bench {
@@ -146,6 +151,34 @@ std::shared_ptr<const KnownMotion> motion_of_fitted(const test::MarkerTake& take
   return motion_of(fit_rig(builtin_face(), take.set.names, neutral, find_landmark_map("animface41")).rig);
 }
 
+/// Despike and fill as the live service does them, on one core, every tenth marker now and then hidden.
+void bench_throughput(BenchReport& report) {
+  constexpr int kPasses = 5;
+  test::MarkerTake take = test::synthetic_take({.markers = 60, .frames = 6000, .rate_hz = 240, .head_moves = true});
+  for (std::size_t i = 0; i < 60; i += 10) {
+    for (std::size_t f = 20 * i; f < take.frames.size(); f += 900) test::hide(take, i, f, 120);
+  }
+  double best_s = 1e30;
+  MarkerFrame frame;
+  for (int pass = 0; pass < kPasses; ++pass) {
+    Despiker despiker;
+    GapFiller filler;
+    despiker.use_marker_set(take.set);
+    filler.use_marker_set(take.set);
+    const auto begin = std::chrono::steady_clock::now();
+    for (const MarkerFrame& measured : take.frames) {
+      RISORIUS_CHECK(despiker.push(measured) && despiker.pop(frame));
+      RISORIUS_CHECK(filler.push(frame, despiker) && filler.pop(frame));
+      despiker.settle();
+      filler.settle();
+    }
+    best_s = std::min(best_s, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+  }
+  const double frames_per_s = static_cast<double>(take.frames.size()) / best_s;
+  report.add("despike + fill, 60 markers, one core", frames_per_s);
+  report.add("despike + fill, 60 markers, of 240 Hz", frames_per_s / take.set.rate_hz);
+}
+
 std::vector<BenchTake> default_takes() {
   std::vector<BenchTake> takes;
   const auto folder = test::data_folder() / "animface";
@@ -181,6 +214,7 @@ int main(int argc, char** argv) {
         bench::bench_despike(take, &report);
       }
       bench::bench_real_defects(test::data_folder(), report);
+      bench::bench_throughput(report);
       return report.finish();
     }
     for (const std::string& file : files) {
