@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "capture/errors.h"
+#include "capture/plausible_position.h"
 #include "capture/repair/despiker.h"
 #include "capture/repair/position_vector.h"
 #include "capture/stage.h"
@@ -185,16 +186,24 @@ MarkerFill GapFiller::estimate(std::size_t i) noexcept {
   return rehearsal_.weigh(i, model_.estimate(i, held.gap_s()), model_.stayed_head_mm(i), held.gap_s());
 }
 
+void GapFiller::leave_missing(MarkerFrame& frame, std::size_t i) noexcept {
+  if (frame.state[i] != MarkerState::kRejected) frame.state[i] = MarkerState::kMissing;
+  left_missing_.add();
+}
+
 void GapFiller::fill(MarkerFrame& frame, std::size_t i) noexcept {
   const HeldMarker& held = held_[i];
   // Half a microsecond of slack: the gap is a sum of rounded steps.
   if (!held.seen() || held.gap_s() * 1e9 > static_cast<double>(options_.max_gap_ns) + 500) {
-    if (frame.state[i] != MarkerState::kRejected) frame.state[i] = MarkerState::kMissing;
-    left_missing_.add();
+    leave_missing(frame, i);
     return;
   }
   const MarkerFill fill = estimate(i);
   const Eigen::Vector3f world = (head_->head_from_world().inverse() * fill.position_head_mm).cast<float>();
+  if (!is_plausible_position(world.x(), world.y(), world.z()) || !(fill.variance_mm2 >= 0)) {
+    leave_missing(frame, i);  // never a position that is none, whatever the numbers did
+    return;
+  }
   frame.position_mm[i] = {world.x(), world.y(), world.z()};
   frame.standard_deviation_mm[i] = static_cast<float>(std::sqrt(fill.variance_mm2));
   frame.state[i] = MarkerState::kFilled;

@@ -71,6 +71,7 @@ class GapFiller {
   bool look_at(const MarkerFrame& frame, const Despiker* despiker) noexcept;
   void process(MarkerFrame& frame, const Despiker* despiker) noexcept;
   void fill(MarkerFrame& frame, std::size_t i) noexcept;
+  void leave_missing(MarkerFrame& frame, std::size_t i) noexcept;
   MarkerFrame& back(std::size_t frames_ago) noexcept;
   void drop_waiting() noexcept;
   bool is_ready() const noexcept { return waiting_ > (is_flushing_ ? 0 : options_.lookahead_frames); }

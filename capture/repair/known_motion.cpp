@@ -11,8 +11,11 @@ namespace {
 /// Of the markers that are known, this share must have been seen before the axes are looked for.
 constexpr double kSeenShare = 0.5;
 constexpr std::ptrdiff_t kFewestSeen = 4;
-/// Farther off (root mean square), it is not this face, or mirrored.
-constexpr double kFarthestMm = 15;
+/// With the median marker farther off, it is not this face, or mirrored.
+constexpr double kFarthestMm = 12;
+/// Markers so far off count a quarter: a false track must not decide.
+constexpr double kRobustMm = 10;
+constexpr int kReweightings = 5;
 
 }  // namespace
 
@@ -25,6 +28,8 @@ void KnownModes::use(std::shared_ptr<const KnownMotion> known, const std::vector
   rest_mm_.assign(names.size(), Eigen::Vector3d::Zero());
   seen_mm_ = rest_mm_;
   weight_.assign(names.size(), 0);
+  trust_ = weight_;
+  distance_mm_.reserve(names.size());
   modes_mm_.setZero(known_ ? static_cast<Eigen::Index>(known_->modes_mm.size()) : 0,
                     static_cast<Eigen::Index>(3 * names.size()));
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -48,8 +53,21 @@ void KnownModes::align() noexcept {
   if (!known_ || is_aligned_ || is_refused_) return;
   const std::ptrdiff_t seen = std::ranges::count(weight_, 1.0), known = std::ranges::count(is_known_, 1);
   if (seen < kFewestSeen || static_cast<double>(seen) < kSeenShare * static_cast<double>(known)) return;
-  const RigidAlignment alignment = align_rigid(rest_mm_, seen_mm_, weight_);
-  is_refused_ = !alignment.determined || alignment.rms > kFarthestMm;
+  trust_ = weight_;
+  RigidAlignment alignment = align_rigid(rest_mm_, seen_mm_, trust_);
+  for (int k = 0; k < kReweightings && alignment.determined; ++k) {
+    distance_mm_.clear();
+    for (std::size_t i = 0; i < weight_.size(); ++i) {
+      if (!(weight_[i] > 0)) continue;
+      distance_mm_.push_back((alignment.to_from * rest_mm_[i] - seen_mm_[i]).norm());
+      const double relative = distance_mm_.back() / kRobustMm;
+      trust_[i] = 1 / ((1 + relative * relative) * (1 + relative * relative));
+    }
+    alignment = align_rigid(rest_mm_, seen_mm_, trust_);
+  }
+  const auto median = distance_mm_.begin() + static_cast<std::ptrdiff_t>(distance_mm_.size() / 2);
+  if (alignment.determined) std::nth_element(distance_mm_.begin(), median, distance_mm_.end());
+  is_refused_ = !alignment.determined || *median > kFarthestMm;
   if (is_refused_) return;
   is_aligned_ = true;
   const Eigen::Matrix3d rotation = alignment.to_from.rotation.toRotationMatrix();

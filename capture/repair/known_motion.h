@@ -17,7 +17,8 @@ struct KnownMotion {
 };
 
 /// The same for the markers of a set, turned into the axes in which that set is seen as soon as enough of them were.
-/// A shape that does not fit what is seen (another face's, or mirrored) is not believed.
+/// A shape that does not fit what is seen (another face's, or mirrored) is not believed; a few false tracks do not
+/// matter.
 class KnownModes {
  public:
   /// Allocates. `known` may be null: nothing is known.
@@ -33,6 +34,9 @@ class KnownModes {
   /// Finds the axes, if they are not found and enough markers were seen.
   void align() noexcept;
 
+  /// Enough of the markers that are known were seen, and they do not fit.
+  bool refused() const noexcept { return is_refused_; }
+  bool aligned() const noexcept { return is_aligned_; }
   bool knows(std::size_t i) const noexcept { return is_aligned_ && known_ && is_known_[i] != 0; }
   Eigen::Index count() const noexcept { return modes_mm_.rows(); }
   /// What each mode does to marker i, mm: modes x 3. The marker is known.
@@ -43,8 +47,9 @@ class KnownModes {
   std::vector<int> index_;  ///< in known_, by marker of the set
   std::vector<std::uint8_t> is_known_;
   std::vector<Eigen::Vector3d> rest_mm_, seen_mm_;
-  std::vector<double> weight_;  ///< 1: known and seen
-  Eigen::MatrixXd modes_mm_;    ///< modes x 3 markers of the set
+  std::vector<double> weight_;               ///< 1: known and seen
+  std::vector<double> trust_, distance_mm_;  ///< in the alignment
+  Eigen::MatrixXd modes_mm_;                 ///< modes x 3 markers of the set
   bool is_aligned_ = false, is_refused_ = false;
 };
 

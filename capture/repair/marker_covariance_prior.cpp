@@ -19,13 +19,14 @@ constexpr Eigen::Index kMostCoordinates = 3 * kMostNeighbours;
 
 /// Of the deviations of markers i and j that were seen: neighbours move alike, and as it is known of this face.
 Eigen::Matrix3d MarkerCovariance::believed_mm2(std::size_t i, std::size_t j) const noexcept {
-  const bool is_known = modes_.knows(i) && modes_.knows(j);
-  const double share = is_known ? options_.unknown_share : 1;
+  // By marker and not by pair: a covariance must stay one where some of the markers are known and some are not.
+  const auto share_of = [this](std::size_t m) { return modes_.knows(m) ? std::sqrt(options_.unknown_share) : 1; };
+  const double share = share_of(i) * share_of(j);
   const double apart = (markers_[i].rest_mm - markers_[j].rest_mm).norm() / options_.reach_mm;
   double alike = share * options_.alike_mm * options_.alike_mm * std::exp(-apart * apart / 2);
   if (i == j) alike += share * options_.alone_mm * options_.alone_mm;
   Eigen::Matrix3d believed = alike * Eigen::Matrix3d::Identity();
-  if (is_known) {
+  if (modes_.knows(i) && modes_.knows(j)) {
     believed += options_.mode_strength * options_.mode_strength * modes_.of(i).transpose().lazyProduct(modes_.of(j));
   }
   return believed;

@@ -25,9 +25,11 @@ void plot_repair(PlotCommand& command) {
   MarkerSet set;
   CleanedTake cleaned = command.clean.run(set);
   if (cleaned.after.empty()) throw UserError(command.clean.take, "has no frames", "choose another stretch");
-  if (command.head_still) hold_head_still(cleaned, set, command.clean.options.head_frame);
+  if (command.head_still) hold_head_still(cleaned, set);
   auto markers = command.clean.needed_markers;
   if (markers.empty()) markers = most_repaired(cleaned, set, kChosenMarkers);
+  if (markers.empty())
+    throw UserError(command.clean.take, "none of its markers is ever measured", "choose another take");
   repair_picture(cleaned.before, cleaned.after, set, markers).save_png(command.output);
   fmt::print("written: {}\n", command.output);
 }

@@ -24,9 +24,9 @@ void refuse_contradictions(const CleanOptions& options) {
 }
 
 /// Despikes, and fills as the live service does where `filler` is given, frame by frame.
-void read_repaired(TakeReader& take, const CleanOptions& options, GapFiller* filler, CleanedTake& cleaned,
+void read_repaired(TakeReader& take, GapFiller* filler, CleanedTake& cleaned,
                    const std::function<void(double)>& progress) {
-  Despiker despiker({.head_frame = options.head_frame});
+  Despiker despiker;
   despiker.use_marker_set(take.info().markers);
   const std::uint64_t all = take.info().frame_count.value_or(0);
   MarkerFrame frame;
@@ -50,20 +50,18 @@ void read_repaired(TakeReader& take, const CleanOptions& options, GapFiller* fil
 
 void clean_live(TakeReader& take, const CleanOptions& options, CleanedTake& cleaned,
                 const std::function<void(double)>& progress) {
-  GapFillerOptions live{.lookahead_frames = options.lookahead_frames,
-                        .head_frame = options.head_frame,
-                        .known_motion = options.known_motion};
+  GapFillerOptions live{.lookahead_frames = options.lookahead_frames, .known_motion = options.known_motion};
   if (options.max_gap_ns > 0) live.max_gap_ns = options.max_gap_ns;
   GapFiller filler(live);
   filler.use_marker_set(take.info().markers);
-  read_repaired(take, options, &filler, cleaned, progress);
+  read_repaired(take, &filler, cleaned, progress);
 }
 
 void clean_offline(TakeReader& take, const CleanOptions& options, CleanedTake& cleaned,
                    const std::function<void(double)>& progress) {
-  read_repaired(take, options, nullptr, cleaned, progress);
+  read_repaired(take, nullptr, cleaned, progress);
   const MarkerSet& set = take.info().markers;
-  OfflineFillOptions offline{.head_frame = options.head_frame, .known_motion = options.known_motion};
+  OfflineFillOptions offline{.known_motion = options.known_motion};
   if (options.max_gap_ns > 0) offline.max_gap_ns = options.max_gap_ns;
   if (progress) offline.progress = [&](double share) { progress(0.5 + 0.5 * share); };
   if (options.baseline.empty()) {
@@ -96,8 +94,8 @@ CleanedTake clean_take(TakeReader& take, const CleanOptions& options, const std:
   return cleaned;
 }
 
-void hold_head_still(CleanedTake& cleaned, const MarkerSet& set, const HeadFrameOptions& options) {
-  const HeadTake heads = carry_into_head_frame(cleaned.after, set, options);
+void hold_head_still(CleanedTake& cleaned, const MarkerSet& set) {
+  const HeadTake heads = carry_into_head_frame(cleaned.after, set, {});
   for (std::size_t f = 0; f < cleaned.after.size(); ++f) {
     for (MarkerFrame* frame : {&cleaned.before[f], &cleaned.after[f]}) {
       for (std::size_t i = 0; i < frame->count; ++i) {

@@ -18,7 +18,6 @@ struct CleanOptions {
   std::uint32_t lookahead_frames = 0;               ///< causal only
   std::string baseline;                             ///< a name of capture/repair/fill_methods.h; empty: the default
   std::int64_t max_gap_ns = 0;                      ///< 0: the filler's own default
-  HeadFrameOptions head_frame;                      ///< such as a rig's stabilisers
   std::shared_ptr<const KnownMotion> known_motion;  ///< such as a rig's
 };
 
@@ -33,7 +32,7 @@ struct CleanedTake {
 CleanedTake clean_take(TakeReader& take, const CleanOptions& options, const std::function<void(double)>& progress = {});
 
 /// Before and after, with the head held still. Where the markers leave a pose open it is bridged.
-void hold_head_still(CleanedTake& cleaned, const MarkerSet& set, const HeadFrameOptions& options);
+void hold_head_still(CleanedTake& cleaned, const MarkerSet& set);
 
 /// The names of the `count` markers, of those that were seen, of which most was filled or left missing; most first.
 std::vector<std::string> most_repaired(const CleanedTake& cleaned, const MarkerSet& set, std::size_t count);

@@ -30,8 +30,9 @@ IemocapReader::IemocapReader(const std::filesystem::path& path, const TakeOption
     if (!is_title(cell) && (names.empty() || names.back() != cell)) names.emplace_back(cell);
   }
   if (!next_line() || cells().size() < 2 || cells()[0] != "Frame#") {
-    throw UserError(place(), "the second line does not begin with Frame# Time",
-                    "check that this is a MOCAP file of IEMOCAP");
+    throw UserError(
+        place(), "the second line does not begin with Frame# Time",
+        "a .txt is a MOCAP file of IEMOCAP, or a Kinect's points, whose first line begins with 0.0 0x 0y 0z");
   }
   if (cells().size() != 2 + 3 * names.size()) {
     throw UserError(place(), fmt::format("{} columns for {} marker names", cells().size(), names.size()),

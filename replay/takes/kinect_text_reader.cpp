@@ -56,11 +56,11 @@ KinectTextReader::KinectTextReader(const std::filesystem::path& path, const Take
   info_.frame_count = frames;
   info_.markers.rate_hz =
       options.rate_hz.value_or(static_cast<double>(frames - 1) / (static_cast<double>(last_ns - begin_ns_) * 1e-9));
-  info_.warnings.push_back(
-      fmt::format("points carried into mm with a focal length of {} px, sides as the file calls them; {:.2f} frames a "
-                  "second in the "
-                  "mean, times kept as they are",
-                  kFocalLengthPx, info_.markers.rate_hz));
+  is_retimed_ = options.rate_hz.has_value();
+  info_.warnings.push_back(fmt::format(
+      "points carried into mm with a focal length of {} px, sides as the file calls them; {:.2f} frames a second{}",
+      kFocalLengthPx, info_.markers.rate_hz,
+      is_retimed_ ? ", as was given" : " in the mean, at irregular times (CSV keeps them, C3D has a rate only)"));
   if (const auto problems = problems_of(info_.markers); !problems.empty()) {
     throw UserError(path.string(), problems.front(), "correct the header or the take's options");
   }
@@ -105,7 +105,8 @@ bool KinectTextReader::next(MarkerFrame& frame) {
   if (!file_.next_row()) return false;
   frame = MarkerFrame();
   frame.header.sequence = next_index_++;
-  frame.header.capture_time_ns = read_time_ns() - begin_ns_;
+  frame.header.capture_time_ns =
+      is_retimed_ ? capture_time_of(frame.header.sequence, info_.markers.rate_hz) : read_time_ns() - begin_ns_;
   frame.count = static_cast<std::uint32_t>(info_.markers.names.size());
   for (std::size_t i = 0; i < frame.count; ++i) {
     const double u = read_number(3 * i + 1), v = read_number(3 * i + 2), depth_mm = read_number(3 * i + 3);

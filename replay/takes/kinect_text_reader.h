@@ -34,6 +34,7 @@ class KinectTextReader final : public TakeReader {
   TakeInfo info_;
   CsvFile file_;
   std::int64_t begin_ns_ = 0;
+  bool is_retimed_ = false;  ///< a rate was given: the file's times do not count
   std::uint64_t next_index_ = 0;
 };
 

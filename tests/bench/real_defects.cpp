@@ -43,7 +43,7 @@ void bench_take(const std::filesystem::path& path, BenchReport& report) {
   const auto reader = open_take(path);
   CleanedTake cleaned = clean_take(*reader, {});
   const MarkerSet& set = reader->info().markers;
-  hold_head_still(cleaned, set, {});
+  hold_head_still(cleaned, set);
   const auto before = steps_mm(cleaned.before), after = steps_mm(cleaned.after);
   const double samples = static_cast<double>(cleaned.after.size() * set.names.size());
   double rejected = 0;

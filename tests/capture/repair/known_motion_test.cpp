@@ -1,7 +1,9 @@
 #include "capture/repair/known_motion.h"
 
 #include <Eigen/Geometry>
+#include <cmath>
 #include <gtest/gtest.h>
+#include <string>
 
 namespace risorius {
 namespace {
@@ -15,6 +17,20 @@ std::shared_ptr<KnownMotion> face() {
       10, 30, 0, 2, 5;
   motion->modes_mm.assign(1, Eigen::Matrix3Xd::Zero(3, 5));
   motion->modes_mm[0].col(4) = Eigen::Vector3d(0, -10, -3);
+  return motion;
+}
+
+/// 20 markers as on a face; all move alike.
+std::shared_ptr<KnownMotion> half_ellipsoid() {
+  auto motion = std::make_shared<KnownMotion>();
+  motion->rest_mm.resize(3, 20);
+  for (Eigen::Index i = 0; i < 20; ++i) {
+    motion->marker_names.push_back(std::to_string(i));
+    const auto at = static_cast<double>(i);
+    const double height = -0.95 + 0.1 * at, turn = 1.4 * std::sin(2.4 * at), radius = std::sqrt(1 - height * height);
+    motion->rest_mm.col(i) = Eigen::Vector3d(70 * radius * std::sin(turn), 90 * height, 70 * radius * std::cos(turn));
+  }
+  motion->modes_mm.assign(1, Eigen::Matrix3Xd::Constant(3, 20, 5));
   return motion;
 }
 
@@ -41,16 +57,29 @@ TEST(KnownModes, AreTurnedIntoTheAxesInWhichTheFaceIsSeen) {
 }
 
 TEST(KnownModes, OfAnotherFaceOrAMirroredOneAreNotBelieved) {
-  const auto motion = face();
-  for (const double scale : {1.8, -1.0}) {
+  const auto motion = half_ellipsoid();
+  for (const Eigen::Vector3d& scale : {Eigen::Vector3d(1.6, 1.6, 1.6), Eigen::Vector3d(-1, 1, 1)}) {
     KnownModes modes;
     modes.use(motion, motion->marker_names);
-    for (Eigen::Index i = 0; i < 5; ++i) {
-      modes.see(static_cast<std::size_t>(i), scale * motion->rest_mm.col(i));
+    for (Eigen::Index i = 0; i < 20; ++i) {
+      modes.see(static_cast<std::size_t>(i), motion->rest_mm.col(i).cwiseProduct(scale));
     }
     modes.align();
-    EXPECT_FALSE(modes.knows(0)) << scale;
+    EXPECT_FALSE(modes.knows(0)) << scale.transpose();
+    EXPECT_TRUE(modes.refused()) << scale.transpose();
   }
+}
+
+TEST(KnownModes, AFalseTrackDoesNotTurnThem) {
+  const auto motion = half_ellipsoid();
+  KnownModes modes;
+  modes.use(motion, motion->marker_names);
+  for (std::size_t i = 0; i < 20; ++i) modes.see(i, motion->rest_mm.col(static_cast<Eigen::Index>(i)));
+  modes.see(0, motion->rest_mm.col(19));  // swapped
+  modes.see(19, motion->rest_mm.col(0));
+  modes.align();
+  ASSERT_TRUE(modes.knows(7));
+  EXPECT_LT((modes.of(7).transpose() - Eigen::Vector3d::Constant(5)).norm(), 0.1);
 }
 
 TEST(KnownModes, OfNobodyKnowNothing) {

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
 #include <memory>
+#include <string>
 
 #include "capture/errors.h"
 #include "support/linear_face.h"
@@ -150,6 +151,40 @@ TEST(MarkerCovariance, BelievesWhatIsKnownOfTheFaceInTheAxesInWhichItIsSeen) {
   EXPECT_LT(moved.y(), 6);
   EXPECT_LT(std::abs(moved.x()) + std::abs(moved.z()), 0.5);
   EXPECT_LT((unknown.prediction_mm(0) - rest).norm(), 0.5);
+}
+
+TEST(MarkerCovariance, ANumberOfMarkersThatTheFaceDoesNotKnowBreaksNothing) {
+  // Known markers that hardly move, among unknown ones that may: what is believed must remain a covariance.
+  KnownMotion motion;
+  std::vector<Eigen::Vector3d> positions;
+  std::vector<std::string> names;
+  for (int i = 0; i < 40; ++i) {
+    positions.emplace_back(7.0 * (i % 8), 7.0 * (i / 8), 0.05 * i * i);
+    names.push_back("m" + std::to_string(i));
+  }
+  motion.rest_mm.resize(3, 20);
+  for (int i = 0; i < 20; ++i) {
+    motion.marker_names.push_back(names[static_cast<std::size_t>(2 * i)]);
+    motion.rest_mm.col(i) = positions[static_cast<std::size_t>(2 * i)];
+  }
+  motion.modes_mm.assign(1, Eigen::Matrix3Xd::Zero(3, 20));
+  motion.modes_mm[0].col(3).setConstant(10);
+  MarkerCovariance covariance;
+  covariance.remap(std::vector<int>(40, -1));
+  covariance.know(std::make_shared<KnownMotion>(motion), names);
+  std::vector<std::uint8_t> visible(40, 1);
+  for (int f = 0; f < 30; ++f) {
+    covariance.observe(positions, visible);
+    covariance.learn(kStepS);
+  }
+  for (std::size_t i = 0; i < 40; ++i) {
+    std::vector<std::uint8_t> without = visible;
+    without[i] = 0;
+    MarkerCovariance hidden = covariance;
+    hidden.observe(positions, without);
+    EXPECT_LT((hidden.prediction_mm(i) - positions[i]).norm(), 1e-6) << i;
+    EXPECT_GT(hidden.variance_mm2(i), 0) << i;
+  }
 }
 
 TEST(MarkerCovariance, StaysSoundOverManyFramesThatNeverChange) {

@@ -97,7 +97,7 @@ TEST(CleanTake, HoldsTheHeadStillAndNamesTheMarkersThatWereRepairedMost) {
   CleanedTake cleaned{.before = take.frames, .after = take.frames};
   fill_offline(cleaned.after, take.set, {});
   EXPECT_EQ(most_repaired(cleaned, take.set, 2), (std::vector<std::string>{"M7", "M3"}));
-  hold_head_still(cleaned, take.set, {});
+  hold_head_still(cleaned, take.set);
   const auto travelled_mm = [](const std::vector<MarkerFrame>& frames, std::size_t i) {
     double farthest = 0;
     for (const MarkerFrame& f : frames) {

@@ -56,6 +56,14 @@ TEST_F(KinectText, TheTimesPartBehindThePointIsMilliseconds) {
   EXPECT_NEAR(take->info().markers.rate_hz, 3 / 0.187, 1e-9);
 }
 
+TEST_F(KinectText, ARateThatIsGivenReplacesTheTimes) {
+  auto take = reader(kHeader + "1.5 1 1 900 1 1 900\n1.9 1 1 900 1 1 -5\n", {.rate_hz = 20.0});
+  const auto frames = read_all(*take);
+  EXPECT_EQ(take->info().markers.rate_hz, 20);
+  EXPECT_EQ(frames[1].header.capture_time_ns, 50'000'000);
+  EXPECT_EQ(frames[1].state[1], MarkerState::kMissing);  // no depth is below 0
+}
+
 TEST_F(KinectText, SaysWhatIsWrongAndWhere) {
   const std::string first = "1.5 1 1 900 1 1 900\n";
   EXPECT_NE(error(kHeader + first + first).find("line 3, column 0.0: 1.5 s does not come after"), std::string::npos);
