@@ -33,20 +33,26 @@ double matern(double u) noexcept {
 
 }  // namespace
 
-GapRegression::GapRegression(GapFeatures known, const Eigen::Matrix3Xd& position_mm, double noise_mm,
-                             const GapChoice& choice)
-    : known_(std::move(known)), position_mm_(position_mm), noise_mm2_(noise_mm * noise_mm), kernel_(choice.kernel) {
+/// Without a factor yet.
+GapRegression::GapRegression(const Eigen::Matrix3Xd& position_mm, double noise_mm, GapFeatures known)
+    : known_(std::move(known)), position_mm_(position_mm), noise_mm2_(noise_mm * noise_mm) {
   const double energy = known_.others.squaredNorm() / static_cast<double>(position_mm.cols());
   feature_scale_ = energy > 0 ? 1 / energy : 0;
+}
+
+GapRegression::GapRegression(GapFeatures known, const Eigen::Matrix3Xd& position_mm, double noise_mm,
+                             const GapChoice& choice)
+    : GapRegression(position_mm, noise_mm, std::move(known)) {
+  kernel_ = choice.kernel;
   subtract_guess(choice.guess_share);
   factorize(products());
 }
 
 GapRegression::GapRegression(GapFeatures known, const Eigen::Matrix3Xd& position_mm, double noise_mm)
-    : GapRegression(std::move(known), position_mm, noise_mm, {kKernels.front(), 0}) {
+    : GapRegression(position_mm, noise_mm, std::move(known)) {
   const Eigen::MatrixXd by_others = products();
   double best = -std::numeric_limits<double>::infinity();
-  GapChoice likeliest = choice();
+  GapChoice likeliest{kKernels.front(), 0};
   for (const double share : kGuessShares) {
     if (share > 0 && known_.guess_mm.cols() == 0) continue;
     subtract_guess(share);

@@ -55,6 +55,7 @@ class GapRegression {
   Fill fill(const GapFeatures& hidden) const;
 
  private:
+  GapRegression(const Eigen::Matrix3Xd& position_mm, double noise_mm, GapFeatures known);
   double covariance(double product, double apart_s) const noexcept;
   /// Log likelihood of the samples under kernel_, with the best scale; keeps the factor.
   double factorize(const Eigen::MatrixXd& products);

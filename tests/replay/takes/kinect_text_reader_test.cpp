@@ -2,28 +2,17 @@
 
 #include <gtest/gtest.h>
 
-#include "capture/errors.h"
-#include "replay/sample_take.h"
-#include "support/test_data.h"
+#include "replay/text_take.h"
 
 namespace risorius {
 namespace {
 
 using test::has_warning;
-using test::message_of;
 using test::read_all;
 
-class KinectText : public ::testing::Test {
+class KinectText : public test::TextTake {
  protected:
-  std::unique_ptr<TakeReader> reader(const std::string& text, const TakeOptions& options = {}) {
-    test::write_bytes(path_, text);
-    return open_take(path_, options);
-  }
-  std::string error(const std::string& text) {
-    return message_of<UserError>([&] { read_all(*reader(text)); });
-  }
-  test::TemporaryFolder folder_;
-  std::filesystem::path path_ = folder_.path() / "a_affirmative_datapoints.txt";
+  KinectText() : TextTake("a_affirmative_datapoints.txt") {}
 };
 
 const std::string kHeader = "0.0 0x 0y 0z 1x 1y 1z\n";
