@@ -15,12 +15,20 @@ using Points = std::vector<Eigen::Vector3d>;
 
 constexpr std::size_t kMostWindows = 600;
 constexpr std::size_t kFramesPerWindow = 12;
-constexpr double kLeastShare = 0.7;  // of the markers must be seen in a window that is compared
+constexpr double kLeastSeen = 0.5;  // share of a window in which a marker must be seen to be compared
+constexpr double kLeastShare =
+    0.7;                       // of the take's markers must be compared; those that hardly any window has left out
+constexpr double kRare = 0.1;  // share of the windows
 constexpr int kMirrorSteps = 15;
 /// On the score, for each marker that the take has and the window never sees: a neutral without it cannot place it.
 constexpr double kUnseenMarkerFactor = 0.5;
 
-/// The mean face of a window, on the first frame's head; weight 0: not seen throughout.
+struct SeenFace {
+  Points shape;
+  std::vector<double> seen;  ///< 1, or 0 and the point is the origin
+};
+
+/// The mean face of a window, on the head of its fullest frame; weight 0: hidden too often.
 struct Window {
   std::size_t first = 0, last = 0;
   Points shape;
@@ -29,7 +37,8 @@ struct Window {
   double motion_mm = 0, asymmetry_mm = 0, frequency = 0, score = 0;
 };
 
-void read(const MarkerFrame& frame, Points& points, std::vector<double>& weight) {
+void read(const MarkerFrame& frame, SeenFace& face) {
+  auto& [points, weight] = face;
   points.resize(frame.count);
   weight.resize(frame.count);
   for (std::size_t m = 0; m < frame.count; ++m) {
@@ -53,42 +62,61 @@ double distance_mm(const Window& a, const Window& b) {
   return onto.determined ? onto.rms : std::numeric_limits<double>::infinity();
 }
 
-std::optional<Window> window_of(const std::vector<MarkerFrame>& frames, std::size_t first, std::size_t last) {
-  Window window{.first = first, .last = last};
-  Points points;
-  std::vector<double> seen, counts;
-  std::vector<Points> laid;
-  std::vector<std::vector<double>> weights;
+/// Frames first, first + step, ... of a window on the head of the one that sees most; empty where too few markers are
+/// common.
+std::vector<SeenFace> on_one_head(const std::vector<MarkerFrame>& frames, std::size_t first, std::size_t last) {
+  std::vector<SeenFace> faces;
   const std::size_t step = std::max<std::size_t>(1, (last - first + 1) / kFramesPerWindow);
-  for (std::size_t t = first; t <= last; t += step) {
-    read(frames[t], points, seen);
-    if (laid.empty()) {
-      window.shape = points;
-      window.weight = seen;
-      window.seen_once.assign(seen.size(), 0);
-    } else {
-      const RigidAlignment onto = align_rigid(points, laid.front(), both(seen, window.weight));
-      if (!onto.determined) return std::nullopt;
-      for (Eigen::Vector3d& p : points) p = onto.to_from * p;
-      window.weight = both(window.weight, seen);
-    }
-    for (std::size_t m = 0; m < seen.size(); ++m) {
-      if (seen[m] > 0) window.seen_once[m] = 1;
-    }
-    laid.push_back(points);
+  for (std::size_t t = first; t <= last; t += step) read(frames[t], faces.emplace_back());
+  const auto count = [](const SeenFace& face) { return std::ranges::count(face.seen, 1.0); };
+  const SeenFace fullest = *std::ranges::max_element(faces, {}, count);
+  for (SeenFace& face : faces) {
+    const RigidAlignment onto = align_rigid(face.shape, fullest.shape, both(face.seen, fullest.seen));
+    if (!onto.determined) return {};
+    for (Eigen::Vector3d& p : face.shape) p = onto.to_from * p;
   }
-  const double used = static_cast<double>(std::ranges::count_if(window.weight, [](double w) { return w > 0; }));
-  if (used < 3 || used < kLeastShare * static_cast<double>(window.weight.size())) return std::nullopt;
-  double squares = 0;
-  for (std::size_t m = 0; m < window.weight.size(); ++m) {
-    if (window.weight[m] == 0) continue;
-    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-    for (const Points& p : laid) mean += p[m] / static_cast<double>(laid.size());
-    for (const Points& p : laid) squares += (p[m] - mean).squaredNorm() / static_cast<double>(laid.size());
-    window.shape[m] = mean;
+  return faces;
+}
+
+std::optional<Window> window_of(const std::vector<MarkerFrame>& frames, std::size_t first, std::size_t last) {
+  const std::vector<SeenFace> faces = on_one_head(frames, first, last);
+  if (faces.empty()) return std::nullopt;
+  const std::size_t markers = faces.front().seen.size();
+  Window window{.first = first, .last = last, .shape = Points(markers, Eigen::Vector3d::Zero())};
+  window.weight.assign(markers, 0);
+  window.seen_once.assign(markers, 0);
+  double squares = 0, used = 0;
+  for (std::size_t m = 0; m < markers; ++m) {
+    double count = 0;
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (const SeenFace& face : faces) count += face.seen[m], sum += face.seen[m] * face.shape[m];
+    window.seen_once[m] = count > 0;
+    if (count < kLeastSeen * static_cast<double>(faces.size())) continue;
+    window.weight[m] = 1;
+    window.shape[m] = sum / count;
+    used += 1;
+    for (const SeenFace& face : faces)
+      squares += face.seen[m] * (face.shape[m] - window.shape[m]).squaredNorm() / count;
   }
+  if (used < 3) return std::nullopt;
   window.motion_mm = std::sqrt(squares / used);
   return window;
+}
+
+/// Windows that see too little of the face: they look still and alike because what moves is hidden.
+void leave_out_sparse(std::vector<Window>& windows) {
+  if (windows.empty()) return;
+  std::vector<double> count(windows.front().weight.size(), 0);
+  for (const Window& window : windows) {
+    for (std::size_t m = 0; m < count.size(); ++m) count[m] += window.weight[m];
+  }
+  const double rare = kRare * static_cast<double>(windows.size());
+  const auto markers = std::ranges::count_if(count, [&](double windows_of_it) { return windows_of_it > rare; });
+  std::erase_if(windows, [&](const Window& window) {
+    double compared = 0;
+    for (std::size_t m = 0; m < count.size(); ++m) compared += count[m] > rare ? window.weight[m] : 0;
+    return compared < kLeastShare * static_cast<double>(markers);
+  });
 }
 
 /// For each marker the one that stands where its mirror image is (which may be itself).
@@ -177,6 +205,7 @@ std::vector<NeutralCandidate> neutral_candidates(const std::vector<MarkerFrame>&
   for (std::size_t first = 0; first + length <= frames.size(); first += step) {
     if (auto window = window_of(frames, first, first + length - 1)) windows.push_back(std::move(*window));
   }
+  leave_out_sparse(windows);
   if (windows.empty()) return {};
   score(windows, options);
 

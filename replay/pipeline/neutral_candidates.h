@@ -27,7 +27,8 @@ struct NeutralSearchOptions {
   std::size_t most = 5;       ///< candidates
 };
 
-/// Best first; none where no window has three markers that are seen throughout. Frames of one marker set.
+/// Best first. A marker is compared where it is seen in half of a window's frames; none where no window has three of
+/// them. Frames of one marker set.
 std::vector<NeutralCandidate> neutral_candidates(const std::vector<MarkerFrame>& frames,
                                                  const NeutralSearchOptions& options = {});
 

@@ -72,6 +72,35 @@ TEST(NeutralCandidates, AStretchThatNeverSeesAMarkerComesAfterOneThatSeesAll) {
   EXPECT_GT(without[0].score, 0.5 * all_seen[0].score);
 }
 
+TEST(NeutralCandidates, FlickeringMarkersHideNoRest) {
+  // Every marker is lost for a third of each half second, each at another time: no window sees one throughout.
+  Performed take = perform(ScriptKind::kRom, 40);
+  for (std::size_t t = 0; t < take.frames.size(); ++t) {
+    MarkerFrame& frame = take.frames[t];
+    for (std::size_t m = 0; m < frame.count; ++m) {
+      if ((t + 7 * m) % 30 < 10) frame.state[m] = MarkerState::kMissing;
+    }
+  }
+  const auto found = neutral_candidates(take.frames);
+  ASSERT_FALSE(found.empty());
+  double largest = 0;
+  for (auto t = found[0].first; t <= found[0].last; ++t) largest = std::max(largest, take.largest[t]);
+  EXPECT_LT(largest, 0.25);  // as with all markers
+}
+
+TEST(NeutralCandidates, AMarkerThatTheTakeHardlyHasDecidesNothing) {
+  // A third of the names are of markers that were never there.
+  Performed take = perform(ScriptKind::kRom, 40);
+  for (MarkerFrame& frame : take.frames) {
+    for (std::size_t m = 0; m < frame.count; m += 3) frame.state[m] = MarkerState::kMissing;
+  }
+  const auto found = neutral_candidates(take.frames);
+  ASSERT_FALSE(found.empty());
+  double largest = 0;
+  for (auto t = found[0].first; t <= found[0].last; ++t) largest = std::max(largest, take.largest[t]);
+  EXPECT_LT(largest, 0.25);
+}
+
 TEST(NeutralCandidates, AreOrderedAndDoNotOverlap) {
   const Performed take = perform(ScriptKind::kRom, 30);
   const auto found = neutral_candidates(take.frames);
