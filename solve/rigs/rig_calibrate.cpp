@@ -8,17 +8,15 @@
 #include <set>
 
 #include "capture/errors.h"
-#include "solve/head_pose.h"
 #include "solve/rigs/au_name.h"
 #include "solve/rigs/rank_one_motion.h"
-#include "solve/rigs/stabilisers.h"
+#include "solve/rigs/recording_heads.h"
 
 namespace risorius {
 namespace {
 
 constexpr std::size_t kLeastFrames = 10;
-/// A stabiliser that the AU is expected to carry along this far cannot hold the head in its recording.
-constexpr double kMovedStabiliserMm = 1.0;
+constexpr int kHeadRounds = 3;
 constexpr double kDriftedRestMm = 2.0;
 constexpr double kMidlineMm = 3.0;
 constexpr double kLeastSideShare = 0.6;
@@ -32,43 +30,20 @@ const RigAu* find_au(const Rig& rig, const std::string& name) {
   return found == rig.aus.end() ? nullptr : &*found;
 }
 
-/// The rig's stabilisers without those that this AU is expected to move, unless too few would be left.
-Eigen::VectorXd stabilisers_for(const Rig& fitted, const RigAu* expected) {
-  Eigen::VectorXd weight = fitted.stabiliser_weight;
-  if (expected == nullptr) return weight;
-  for (Eigen::Index m = 0; m < weight.size(); ++m) {
-    if (expected->displacement_mm.col(m).norm() > kMovedStabiliserMm) weight[m] = 0;
-  }
-  return hold_still(fitted.neutral_mm, weight) ? weight : fitted.stabiliser_weight;
-}
+/// The recorded movement, with the rest that it begins and ends with.
+struct Recorded {
+  Eigen::Matrix3Xd rest_mm;
+  RankOneMotion motion;
+};
 
-Displacements in_head_frame(const Rig& fitted, const CalibrationRecording& recording, const RigAu* expected) {
-  const auto markers = static_cast<Eigen::Index>(fitted.marker_count());
-  const Eigen::VectorXd stabiliser = stabilisers_for(fitted, expected);
-  std::vector<Eigen::Vector3d> neutral(fitted.marker_count()), world(fitted.marker_count());
-  for (Eigen::Index m = 0; m < markers; ++m) neutral[static_cast<std::size_t>(m)] = fitted.neutral_mm.col(m);
-  std::vector<double> pose_weight(fitted.marker_count());
-  HeadPose pose(fitted.marker_count(), HeadPoseOptions{});
-  Displacements result;
-  for (const Eigen::Matrix3Xd& frame : recording.world_mm) {
-    Eigen::VectorXd weight(markers);
-    for (Eigen::Index m = 0; m < markers; ++m) {
-      const auto i = static_cast<std::size_t>(m);
-      weight[m] = frame.col(m).allFinite() ? 1 : 0;
-      world[i] = weight[m] > 0 ? Eigen::Vector3d(frame.col(m)) : Eigen::Vector3d::Zero();
-      pose_weight[i] = weight[m] * stabiliser[m];
-    }
-    const HeadPoseResult head = pose.estimate(neutral, world, pose_weight);
-    if (!head.determined) continue;
-    const RigidTransform head_from_world = head.world_from_head.inverse();
-    Eigen::Matrix3Xd d = Eigen::Matrix3Xd::Zero(3, markers);
-    for (Eigen::Index m = 0; m < markers; ++m) {
-      if (weight[m] > 0) d.col(m) = head_from_world * world[static_cast<std::size_t>(m)] - fitted.neutral_mm.col(m);
-    }
-    result.d_mm.push_back(std::move(d));
-    result.weight.push_back(std::move(weight));
+Recorded movement_of(const RecordingHeads& heads, double hold_share) {
+  Displacements take = heads.displacements();
+  Recorded recorded{rest_of(take), {}};
+  for (std::size_t t = 0; t < take.d_mm.size(); ++t) {
+    take.d_mm[t] -= recorded.rest_mm * take.weight[t].asDiagonal();
   }
-  return result;
+  recorded.motion = find_rank_one_motion(take, hold_share);
+  return recorded;
 }
 
 void describe(const Rig& fitted, const RankOneMotion& model, const RigCalibrateOptions& options,
@@ -149,20 +124,22 @@ void compare_fields(RigCalibration& result, const RigCalibrateOptions& options) 
 AuCalibration calibrate_au(const Rig& fitted, const CalibrationRecording& recording, const RigCalibrateOptions& options,
                            RigAu& column) {
   const RigAu* expected = find_au(fitted, recording.au);
-  Displacements take = in_head_frame(fitted, recording, expected);
-  AuCalibration result{.au = recording.au, .frames = take.d_mm.size()};
-  if (take.d_mm.size() < kLeastFrames) {
+  RecordingHeads heads(fitted, recording.world_mm, expected);
+  AuCalibration result{.au = recording.au, .frames = heads.frame_count()};
+  if (result.frames < kLeastFrames) {
     throw UserError(recording.place,
-                    fmt::format("the head can be found in {} of {} frames, {} are needed for {}", take.d_mm.size(),
+                    fmt::format("the head can be found in {} of {} frames, {} are needed for {}", result.frames,
                                 recording.world_mm.size(), kLeastFrames, recording.au),
                     "record it again with the stabilisers visible");
   }
-  const Eigen::Matrix3Xd rest = rest_of(take);
-  result.rest_mm = std::sqrt(rest.squaredNorm() / static_cast<double>(rest.cols()));
-  for (std::size_t t = 0; t < take.d_mm.size(); ++t) {
-    take.d_mm[t] -= rest * take.weight[t].asDiagonal();
+  Recorded recorded = movement_of(heads, options.hold_share);
+  for (int round = 0; round < kHeadRounds; ++round) {
+    recorded.motion.field_mm = heads.without_head_motion(recorded.motion.field_mm);
+    heads.align_to(recorded.rest_mm, recorded.motion);
+    recorded = movement_of(heads, options.hold_share);
   }
-  RankOneMotion model = find_rank_one_motion(take, options.hold_share);
+  result.rest_mm = std::sqrt(recorded.rest_mm.squaredNorm() / static_cast<double>(recorded.rest_mm.cols()));
+  RankOneMotion& model = recorded.motion;
   shrink_to_evidence(model);
   describe(fitted, model, options, result);
   if (!(result.peak_mm >= options.least_peak_mm)) {

@@ -90,11 +90,29 @@ TEST(RigCalibrate, RecoversTheBasisOutOfImperfectRecordings) {
     wrong += error;
     all += energy;
     EXPECT_GT(result.aus[i].held_frames, 40u) << actor.aus[i].name;
-    // Where the forehead's stabilisers go with the brows, what the pose gets wrong of it is taken for noise.
-    EXPECT_NEAR(result.aus[i].noise_mm, 0.2, 0.2) << actor.aus[i].name;
+    // Also where the forehead's stabilisers go with the brows (by the stabilisers alone: 0.35 for AU4).
+    EXPECT_NEAR(result.aus[i].noise_mm, 0.2, 0.05) << actor.aus[i].name;
   }
-  EXPECT_LT(wrong / all, 0.05);  // the bar of the calibration: 5 % of the energy at 0.2 mm
+  // The bar of the calibration is 5 % of the energy at 0.2 mm; measured 0.22 %, by the stabilisers alone 0.75 %.
+  EXPECT_LT(wrong / all, 0.005);
   EXPECT_TRUE(problems_of(result.rig).empty());
+}
+
+TEST(RigCalibrate, StabilisersThatMoveOtherwiseThanExpectedDoNotTurnTheField) {
+  // The actor's forehead rises with the brows twice as far as the generic face says.
+  const Rig generic = builtin_rig();
+  Rig actor = generic;
+  for (RigAu& au : actor.aus) {
+    for (Eigen::Index m = 0; m < au.displacement_mm.cols(); ++m) {
+      if (generic.stabiliser_weight[m] > 0) au.displacement_mm.col(m) *= 2;
+    }
+  }
+  for (const char* name : {"AU1L", "AU2L", "AU4L"}) {
+    const RigCalibration result = calibrate_rig(generic, {record(actor, name)});
+    const auto& truth = std::ranges::find(actor.aus, name, &RigAu::name)->displacement_mm;
+    const double wrong = (result.rig.aus[0].displacement_mm - truth).squaredNorm() / truth.squaredNorm();
+    EXPECT_LT(wrong, 0.15) << name;  // measured 0.02, 0.05, 0.10; by the stabilisers alone 0.39, 0.18, 0.24
+  }
 }
 
 TEST(RigCalibrate, IsExactWithoutNoise) {
