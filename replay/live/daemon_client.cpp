@@ -33,6 +33,10 @@ DaemonSubscriber::DaemonSubscriber(const std::string& endpoint, const std::optio
 }
 
 void DaemonSubscriber::receive_for(std::chrono::milliseconds wait, LiveView& view) {
+  receive_for(wait, [&](const std::string& topic, const nlohmann::json& message) { view.update(topic, message); });
+}
+
+void DaemonSubscriber::receive_for(std::chrono::milliseconds wait, const Receiver& receiver) {
   const std::int64_t end_ns = monotonic_now_ns() + std::chrono::nanoseconds(wait).count();
   for (std::int64_t left = end_ns - monotonic_now_ns(); left > 0; left = end_ns - monotonic_now_ns()) {
     socket_.set(zmq::sockopt::rcvtimeo, static_cast<int>(left / 1'000'000 + 1));
@@ -45,7 +49,7 @@ void DaemonSubscriber::receive_for(std::chrono::milliseconds wait, LiveView& vie
       throw;
     }
     const auto* bytes = body.data<std::uint8_t>();
-    view.update(topic.to_string(), nlohmann::json::from_msgpack(bytes, bytes + body.size()));
+    receiver(topic.to_string(), nlohmann::json::from_msgpack(bytes, bytes + body.size()));
   }
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -17,7 +18,9 @@ class DaemonSubscriber {
  public:
   /// Subscribes to all topics. `curve`: for a daemon with keys. Throws UserError if the endpoint is malformed.
   explicit DaemonSubscriber(const std::string& endpoint, const std::optional<CurveClient>& curve = {});
-  /// Hands every message that comes within `wait` to the view.
+  using Receiver = std::function<void(const std::string& topic, const nlohmann::json& message)>;
+  /// Hands on every message that comes within `wait`.
+  void receive_for(std::chrono::milliseconds wait, const Receiver& receiver);
   void receive_for(std::chrono::milliseconds wait, LiveView& view);
   /// Why nothing can come: keys that do not fit. Empty if they do, or nobody is there.
   std::string refusal();
