@@ -34,10 +34,13 @@ namespace {
 struct DatasetArguments {
   std::vector<std::string> takes;
   std::string rig, neutral, output, config, source;
-  bool causal = false, joint = false;
+  bool causal = false, joint = false, free_neutral = false;
   std::string pseudonym, consent, licence;
   TakeArguments take;
 };
+
+/// How far a marker may rest from the rig's neutral where that is free, per axis.
+constexpr double kFreeNeutralMm = 1;
 
 /// One take on its way into the dataset.
 struct TakeJob {
@@ -75,7 +78,10 @@ class FrameTally {
 };
 
 const char* mode_of(const DatasetArguments& arguments) {
-  return arguments.causal ? "offline, causal" : arguments.joint ? "offline, joint" : "offline, both directions";
+  return arguments.causal         ? "offline, causal"
+         : arguments.free_neutral ? "offline, joint, neutral free"
+         : arguments.joint        ? "offline, joint"
+                                  : "offline, both directions";
 }
 
 std::string metadata_of(const DatasetArguments& arguments) {
@@ -91,21 +97,24 @@ void process(TakeJob& job, const DatasetArguments& arguments, const Rig& rig, co
              FrameTally& tally) {
   const auto take = open_take_or_builtin(job.name, arguments.take.options());
   print_warnings(*take);
-  job.dataset =
-      std::make_unique<TakeDataset>(job.folder, take->info().markers, rig,
-                                    TakeDatasetOptions{.source = std::filesystem::path(job.name).filename().string(),
-                                                       .metadata_json = metadata_of(arguments)});
+  const auto begin = [&](const Rig& rig_of_take) {
+    job.dataset =
+        std::make_unique<TakeDataset>(job.folder, take->info().markers, rig_of_take,
+                                      TakeDatasetOptions{.source = std::filesystem::path(job.name).filename().string(),
+                                                         .metadata_json = metadata_of(arguments)});
+  };
   const auto sink = [&](const SolvedFrame& frame) { job.dataset->write(frame); };
   std::uint64_t reported = 0;
   const auto progress = [&](std::uint64_t done, std::uint64_t) {
     tally.add(done - reported);
     reported = done;
   };
-  if (arguments.causal) {
+  if (arguments.joint) {
+    const JointSolve joint{.threads = threads, .neutral_mm = arguments.free_neutral ? kFreeNeutralMm : 0};
+    solve_jointly(*take, stages.pipeline, rig, joint, begin, sink, progress);
+  } else if (begin(rig); arguments.causal) {
     FramePipeline pipeline(stages.pipeline, rig);
     solve_causally(*take, pipeline, sink, progress);
-  } else if (arguments.joint) {
-    solve_jointly(*take, stages.pipeline, rig, threads, sink, progress);
   } else {
     solve_both_directions(*take, stages.pipeline, rig, sink, progress);
   }
@@ -156,7 +165,7 @@ std::string most_active(const TakeDataset& dataset) {
   return text.empty() ? "none" : text;
 }
 
-void print_summary(const std::vector<TakeJob>& jobs) {
+void print_summary(const std::vector<TakeJob>& jobs, const Rig& given) {
   fmt::print("{:<18} {:>7} {:>7}  {:>22}  {:>9} {:>8}\n", "take", "frames", "filled", "marker energy explained",
              "residual", "max KKT");
   fmt::print("{:<18} {:>7} {:>7}  {:>11} {:>11}  {:>9}\n", "", "", "", "head only", "with AUs", "rms");
@@ -170,6 +179,9 @@ void print_summary(const std::vector<TakeJob>& jobs) {
         d.largest_kkt_residual());
     fmt::print("  AUs explain {:.1f} % of what the head leaves; {} episodes, longest: {}\n",
                100 * d.energy().face_explained_by_aus(), d.episodes().size(), most_active(d));
+    if (const std::string& source = d.rig().source; source != given.source) {
+      fmt::print("  {}\n", source.substr(given.source.size() + 2));  // after "; "
+    }
   }
 }
 
@@ -269,7 +281,7 @@ void make_dataset(const DatasetArguments& arguments) {
                                                .consent = arguments.consent,
                                                .licence = arguments.licence,
                                                .options_toml = print_stage_config(stages)}));
-  print_summary(jobs);
+  print_summary(jobs, rig);
   fmt::print("dataset: {}\n", arguments.output);
   std::fflush(stdout);
   judge_solved_frames(jobs);
@@ -291,6 +303,10 @@ void add_dataset_command(CLI::App& app) {
       ->add_flag("--joint", arguments->joint,
                  "all frames of a take solved at once, courses joined: smoother and nearer the truth, and slower")
       ->excludes(causal);
+  command
+      ->add_flag("--free-neutral", arguments->free_neutral,
+                 "with --joint: the rest of each take is found with its AUs, where the rig's neutral was none")
+      ->needs("--joint");
   command->add_option("--config", arguments->config, "a configuration file of risoriusd: its stage tables are used");
   command->add_option("--source", arguments->source,
                       "whose [[source]] tables of the configuration hold, if it has several");

@@ -1,5 +1,8 @@
 #include "replay/pipeline/offline_pipeline.h"
 
+#include <cmath>
+#include <fmt/format.h>
+
 #include "capture/check.h"
 #include "capture/errors.h"
 #include "solve/rigs/rig_motion.h"
@@ -20,6 +23,18 @@ void name_take_in_error(const TakeReader& take, Act&& act) {
   } catch (const UserError& error) {
     throw UserError(take.info().path.string() + ": " + error.what());
   }
+}
+
+/// The rig of the take, whose source says how far its neutral is from the given one.
+Rig with_shift_told(const Rig& given, Rig of_take) {
+  const Eigen::VectorXd shift_mm = (of_take.neutral_mm - given.neutral_mm).colwise().norm();
+  Eigen::Index most = 0;
+  const double most_mm = shift_mm.maxCoeff(&most);
+  of_take.source +=
+      fmt::format("; neutral found with the take's AUs, markers moved by {:.2f} mm rms, most {} by {:.2f} mm",
+                  std::sqrt(shift_mm.squaredNorm() / static_cast<double>(shift_mm.size())),
+                  of_take.marker_names[static_cast<std::size_t>(most)], most_mm);
+  return of_take;
 }
 
 }  // namespace
@@ -69,13 +84,15 @@ void solve_both_directions(TakeReader& take, const PipelineOptions& options, con
   }
 }
 
-void solve_jointly(TakeReader& take, const PipelineOptions& options, const Rig& rig, int threads,
-                   const SolvedFrameSink& sink, const FrameProgress& progress) {
+void solve_jointly(TakeReader& take, const PipelineOptions& options, const Rig& rig, const JointSolve& joint,
+                   const std::function<void(const Rig&)>& begin, const SolvedFrameSink& sink,
+                   const FrameProgress& progress) {
   std::vector<MarkerFrame> frames = read_despiked(take, options.despike);
   fill_offline(frames, take.info().markers, {.known_motion = motion_of(rig)});
-  TakeSolver solver(rig, {.solve = options.solve, .threads = threads});
+  TakeSolver solver(rig, {.solve = options.solve, .neutral_mm = joint.neutral_mm, .threads = joint.threads});
   std::vector<AuFrame> solved;
   name_take_in_error(take, [&] { solved = solver.solve(take.info().markers, frames, progress); });
+  begin(joint.neutral_mm > 0 ? with_shift_told(rig, solver.rig_of_take()) : rig);
   for (std::size_t i = 0; i < frames.size(); ++i) sink({frames[i], solved[i]});
 }
 

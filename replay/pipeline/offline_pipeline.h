@@ -29,8 +29,15 @@ void solve_causally(TakeReader& take, FramePipeline& pipeline, const SolvedFrame
 void solve_both_directions(TakeReader& take, const PipelineOptions& options, const Rig& rig,
                            const SolvedFrameSink& sink, const FrameProgress& progress);
 
-/// The same, but all frames are solved at once, their courses joined (solve/joint/take_solver.h). `threads` as there.
-void solve_jointly(TakeReader& take, const PipelineOptions& options, const Rig& rig, int threads,
-                   const SolvedFrameSink& sink, const FrameProgress& progress);
+struct JointSolve {
+  int threads = 0;        ///< 0: as many as the machine has
+  double neutral_mm = 0;  ///< deviation of a free neutral, per axis; 0 keeps the rig's
+};
+
+/// The same, but all frames are solved at once, their courses joined (solve/joint/take_solver.h). `begin` is called
+/// once, before the first frame, with the rig of the take: the neutral may be another than the given rig's.
+void solve_jointly(TakeReader& take, const PipelineOptions& options, const Rig& rig, const JointSolve& joint,
+                   const std::function<void(const Rig&)>& begin, const SolvedFrameSink& sink,
+                   const FrameProgress& progress);
 
 }  // namespace risorius

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "capture/check.h"
+#include "solve/joint/take_neutral.h"
 #include "solve/rigs/rig_markers.h"
 #include "solve/robust_weight.h"
 
@@ -23,6 +24,8 @@ constexpr double kNominalRate_hz = 60;
 constexpr double kEvenStep = 1.5;
 constexpr int kFirstRounds = 12, kLaterRounds = 60, kMostSweeps = 30;
 constexpr double kCertified = 1e-7;
+constexpr int kNeutralTurns = 8;
+constexpr double kStillMm = 0.02;  // a neutral whose markers all move less has been found
 /// Shares of the whole work, for the progress line: the causal solve, the first sweep, all others.
 constexpr double kCausalShare = 0.1, kFirstSweepShare = 0.5;
 
@@ -61,20 +64,24 @@ JointFrame joint_frame_of(const Rig& rig, const RigMarkers& markers, const Eigen
 }  // namespace
 
 struct TakeSolver::Take {
+  explicit Take(const Rig& rig, double neutral_mm) : neutral(rig, neutral_mm) {}
+
+  TakeNeutral neutral;
   std::vector<AuFrame> out;
   std::vector<JointFrame> frames;
   std::vector<double> variances_mm2;
   JointPenalties penalties;
-  double smoothness_mm2 = 0, step_s = 0;
+  double variance_mm2 = 0, smoothness_mm2 = 0, step_s = 0;
   Eigen::Index overlap = kLeastOverlap, window = kWindowOverlaps * kLeastOverlap;  // frames
   JointSmoothness joints;
   JointState state;
   std::vector<double> kkt_residual;
 };
 
-TakeSolver::TakeSolver(Rig rig, const TakeSolverOptions& options) : rig_(std::move(rig)), options_(options) {
+TakeSolver::TakeSolver(Rig rig, const TakeSolverOptions& options) : rig_(std::move(rig)), rig_of_take_(rig_), options_(options) {
   require("smoothness", options.smoothness, 1e-6, 1e6);
   require("acceleration_per_s2", options.acceleration_per_s2, 1e-6, 1e6);
+  require("neutral_mm", options.neutral_mm, 0, 20);
   require("threads", options.threads, 0, 1024);
   const AuSolver refuses_what_is_wrong(rig_, options.solve);
   upper_.resize(static_cast<Eigen::Index>(rig_.au_count()));
@@ -83,35 +90,59 @@ TakeSolver::TakeSolver(Rig rig, const TakeSolverOptions& options) : rig_(std::mo
 
 std::vector<AuFrame> TakeSolver::solve(const MarkerSet& set, std::span<const MarkerFrame> frames,
                                        const TakeSolverProgress& progress) {
-  Take take;
+  Take take(rig_, options_.neutral_mm);
   solve_causally(set, frames, take);
   if (take.frames.empty()) return {};
+  if (options_.neutral_mm > 0) find_neutral(set, frames, take);
   const auto all = static_cast<double>(frames.size());
   if (progress) progress(static_cast<std::uint64_t>(kCausalShare * all), frames.size());
   join(take);
   sweep(take, kFirstRounds, progress);
   smooth_by_course(take);
-  double residual = kCertified;
-  for (int sweeps = 0; sweeps < kMostSweeps; ++sweeps) {
-    residual = sweep(take, kLaterRounds, {});
-    if (residual <= kCertified) break;
-    const double share = 1 - (1 - kCausalShare - kFirstSweepShare) * std::pow(0.7, sweeps);
-    if (progress) progress(static_cast<std::uint64_t>(share * all), frames.size());
+  certify(take, progress, frames.size());
+  for (int turn = 0; turn < kNeutralTurns && options_.neutral_mm > 0; ++turn) {
+    const double moved_mm = take.neutral.update(take.frames, take.state, take.variance_mm2, take.step_s);
+    certify(take, {}, frames.size());
+    if (moved_mm < kStillMm) break;
   }
   publish(take);
+  rig_of_take_ = take.neutral.rig();
   return std::move(take.out);
 }
 
+/// Sweeps until every frame is certified, or no more is to be had.
+void TakeSolver::certify(Take& take, const TakeSolverProgress& progress, std::uint64_t all) const {
+  for (int sweeps = 0; sweeps < kMostSweeps; ++sweeps) {
+    if (sweep(take, kLaterRounds, {}) <= kCertified) break;
+    const double share = 1 - (1 - kCausalShare - kFirstSweepShare) * std::pow(0.7, sweeps);
+    if (progress) progress(static_cast<std::uint64_t>(share * static_cast<double>(all)), all);
+  }
+}
+
+/// The causal solve by turns with the neutral, so that poses and the markers' weights are those of the face as it is.
+void TakeSolver::find_neutral(const MarkerSet& set, std::span<const MarkerFrame> frames, Take& take) const {
+  for (int turn = 0; turn < kNeutralTurns; ++turn) {
+    join(take);
+    const double moved_mm = take.neutral.update(take.frames, take.state, take.variance_mm2, take.step_s);
+    solve_causally(set, frames, take);
+    if (moved_mm < kStillMm) break;
+  }
+}
+
 void TakeSolver::solve_causally(const MarkerSet& set, std::span<const MarkerFrame> frames, Take& take) const {
-  AuSolver solver(rig_, options_.solve);
+  const Rig& rig = take.neutral.rig();
+  AuSolver solver(rig, options_.solve);
   solver.use_marker_set(set);
-  RigMarkers markers(rig_, options_.solve.noise_mm);
-  markers.use_marker_set(rig_, set);
+  RigMarkers markers(rig, options_.solve.noise_mm);
+  markers.use_marker_set(rig, set);
+  take.out.clear();
+  take.frames.clear();
+  take.variances_mm2.clear();
   for (const MarkerFrame& frame : frames) {
     AuFrame& out = take.out.emplace_back();
     RISORIUS_CHECK(solver.push(frame) && solver.pop(out));
     markers.read(frame);
-    take.frames.push_back(joint_frame_of(rig_, markers, solver.pulling_weights(), out));
+    take.frames.push_back(joint_frame_of(rig, markers, solver.pulling_weights(), out));
     if (take.frames.back().is_solved) take.variances_mm2.push_back(solver.residual_variance_mm2());
   }
 }
@@ -120,7 +151,8 @@ void TakeSolver::solve_causally(const MarkerSet& set, std::span<const MarkerFram
 void TakeSolver::join(Take& take) const {
   const auto count = static_cast<Eigen::Index>(take.frames.size()), k = upper_.size();
   const double unit_mm2 = MarkerBasis(rig_).mean_diagonal_mm2();
-  take.penalties = {options_.solve.ridge * unit_mm2, options_.solve.l1 * lower_median(take.variances_mm2)};
+  take.variance_mm2 = lower_median(take.variances_mm2);
+  take.penalties = {options_.solve.ridge * unit_mm2, options_.solve.l1 * take.variance_mm2};
   std::vector<double> steps_s;
   for (Eigen::Index f = 1; f < count; ++f) {
     steps_s.push_back(static_cast<double>(difference_ns(take.frames[static_cast<std::size_t>(f)].capture_time_ns,
@@ -146,6 +178,7 @@ void TakeSolver::join(Take& take) const {
   }
   take.state.x.resize(k, count);
   take.state.d = Eigen::MatrixXd::Zero(6, count);
+  take.state.place.clear();
   for (Eigen::Index f = 0; f < count; ++f) {
     for (Eigen::Index i = 0; i < k; ++i) {
       const double x = take.out[static_cast<std::size_t>(f)].intensity[static_cast<std::size_t>(i)];
@@ -182,7 +215,7 @@ double TakeSolver::sweep(Take& take, int rounds, const TakeSolverProgress& progr
     std::vector<std::jthread> workers;
     for (Eigen::Index t = 0; t < threads; ++t) {
       workers.emplace_back([&] {
-        JointNormalMaker maker(rig_);
+        JointNormalMaker maker(take.neutral.rig());
         for (Eigen::Index w = turn++; w < windows; w = turn++) work(maker, w);
       });
     }
@@ -222,8 +255,9 @@ double TakeSolver::sweep(Take& take, int rounds, const TakeSolverProgress& progr
 }
 
 void TakeSolver::publish(Take& take) const {
-  const MarkerBasis basis(rig_);
-  const JointNormalMaker maker(rig_);
+  const Rig& rig = take.neutral.rig();
+  const MarkerBasis basis(rig);
+  const JointNormalMaker maker(rig);
   Eigen::VectorXd fitted_mm(3 * basis.marker_count());
   for (std::size_t f = 0; f < take.frames.size(); ++f) {
     const JointFrame& frame = take.frames[f];
@@ -238,7 +272,7 @@ void TakeSolver::publish(Take& take) const {
     int measured = 0;
     for (Eigen::Index m = 0; m < basis.marker_count(); ++m) {
       if (!frame.measured[static_cast<std::size_t>(m)]) continue;
-      const Eigen::Vector3d neutral = rig_.neutral_mm.col(m);
+      const Eigen::Vector3d neutral = rig.neutral_mm.col(m);
       const Eigen::Vector3d seen = step * Eigen::Vector3d(frame.y_mm.segment<3>(3 * m) + neutral) - neutral;
       squared += (fitted_mm.segment<3>(3 * m) - seen).squaredNorm();
       ++measured;

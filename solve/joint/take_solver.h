@@ -1,8 +1,8 @@
 // A whole take solved at once: head poses and intensities of all frames, joined by the smoothness of their course
 // (solve/README.md, eq. 4). The causal solve (solve/au_solver.h) goes first: it finds the poses about which the problem
 // is linear and the weights of the markers. Then windows of frames are solved in parallel, each with its neighbours
-// held (Schwarz's alternating method), until the certificate of the whole take stands. The result does not depend on
-// the number of threads.
+// held (Schwarz's alternating method), until the certificate of the whole take stands. Where the neutral is free, it is
+// found by turns with the intensities (take_neutral.h). The result does not depend on the number of threads.
 #pragma once
 
 #include <cstdint>
@@ -22,6 +22,7 @@ struct TakeSolverOptions {
   AuSolverOptions solve;            ///< its temporal penalty is the causal solve's only
   double smoothness = 1;            ///< [1e-6, 1e6]: of a resting AU's course, relative to the Gram matrix, at 60 Hz
   double acceleration_per_s2 = 40;  ///< (0, 1e6]: an AU whose course bends so is smoothed half as much
+  double neutral_mm = 0;            ///< [0, 20]: standard deviation of the neutral, per axis; 0 keeps the rig's
   int threads = 0;                  ///< 0: as many as the machine has
 };
 
@@ -38,15 +39,20 @@ class TakeSolver {
   std::vector<AuFrame> solve(const MarkerSet& set, std::span<const MarkerFrame> frames,
                              const TakeSolverProgress& progress = {});
 
+  /// The rig with the neutral of the take solved last: its own where `neutral_mm` is 0.
+  const Rig& rig_of_take() const noexcept { return rig_of_take_; }
+
  private:
   struct Take;
   void solve_causally(const MarkerSet& set, std::span<const MarkerFrame> frames, Take& take) const;
+  void find_neutral(const MarkerSet& set, std::span<const MarkerFrame> frames, Take& take) const;
   void join(Take& take) const;
   void smooth_by_course(Take& take) const;
+  void certify(Take& take, const TakeSolverProgress& progress, std::uint64_t all) const;
   double sweep(Take& take, int rounds, const TakeSolverProgress& progress) const;
   void publish(Take& take) const;
 
-  Rig rig_;
+  Rig rig_, rig_of_take_;
   TakeSolverOptions options_;
   Eigen::VectorXd upper_;
 };

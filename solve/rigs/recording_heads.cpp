@@ -1,10 +1,10 @@
 #include "solve/rigs/recording_heads.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 
 #include "solve/head_pose.h"
 #include "solve/rigs/marker_rigidity.h"
+#include "solve/rigs/rigid_part.h"
 #include "solve/rigs/stabilisers.h"
 
 namespace risorius {
@@ -46,13 +46,6 @@ std::vector<Eigen::Vector3d> columns_of(const Eigen::Matrix3Xd& points) {
   std::vector<Eigen::Vector3d> columns;
   for (const Eigen::Vector3d p : points.colwise()) columns.push_back(p);
   return columns;
-}
-
-/// d p / d (translation, rotation vector) of a point that moves with the head.
-Eigen::Matrix<double, 3, 6> rigid_motion_at(const Eigen::Vector3d& p) {
-  Eigen::Matrix<double, 3, 6> j;
-  j << Eigen::Matrix3d::Identity(), Eigen::Matrix3d{{0, p.z(), -p.y()}, {-p.z(), 0, p.x()}, {p.y(), -p.x(), 0}};
-  return j;
 }
 
 }  // namespace
@@ -104,24 +97,12 @@ Eigen::Matrix3Xd RecordingHeads::without_head_motion(const Eigen::Matrix3Xd& fie
     const double scale = field_mm.cwiseProduct(e).sum() / std::max(e.squaredNorm(), 1e-12);
     wanted = std::clamp(scale, kLeastScale, kMostScale) * e;
   }
-  Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
-  Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
-  for (Eigen::Index m = 0; m < field_mm.cols(); ++m) {
-    if (!(rig_.stabiliser_weight[m] > 0)) continue;
+  Eigen::VectorXd weight = rig_.stabiliser_weight;
+  for (Eigen::Index m = 0; m < weight.size(); ++m) {
     const double share = wanted.col(m).norm() / kMovedStabiliserMm;
-    const double weight = rig_.stabiliser_weight[m] / (1 + share * share);
-    const auto j = rigid_motion_at(rig_.neutral_mm.col(m));
-    normal += weight * j.transpose() * j;
-    right += weight * j.transpose() * (field_mm.col(m) - wanted.col(m));
+    weight[m] /= 1 + share * share;
   }
-  const Eigen::LDLT<Eigen::Matrix<double, 6, 6>> factor(normal);
-  const Eigen::Matrix<double, 6, 1> motion = factor.solve(right);
-  if (factor.info() != Eigen::Success || !motion.allFinite()) return field_mm;
-  Eigen::Matrix3Xd result = field_mm;
-  for (Eigen::Index m = 0; m < result.cols(); ++m) {
-    result.col(m) -= rigid_motion_at(rig_.neutral_mm.col(m)) * motion;
-  }
-  return result;
+  return field_mm - rigid_part(rig_.neutral_mm, field_mm - wanted, weight);
 }
 
 }  // namespace risorius

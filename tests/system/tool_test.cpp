@@ -68,6 +68,20 @@ TEST(Tool, MakesATransitionOfTwoPosesInOneCall) {
   }
 }
 
+TEST(Tool, SaysHowFarAFreeNeutralIsFromTheRigs) {
+  TemporaryFolder folder;
+  const std::string tool = program("risorius").string();
+  const auto out = folder.path() / "ds";
+  const std::vector<std::string> command{tool, "dataset", "builtin:1", "--rig", "builtin", "--free-neutral", "-o", out};
+  EXPECT_NE(run(command).exit_code, 0) << "it needs --joint";
+  std::vector<std::string> joint = command;
+  joint.push_back("--joint");
+  const auto made = run(joint);
+  ASSERT_EQ(made.exit_code, 0) << made.output;
+  EXPECT_NE(made.output.find("neutral found with the take's AUs, markers moved by"), std::string::npos) << made.output;
+  EXPECT_NE(bytes_of(out / "builtin" / "rig.json").find("neutral found with"), std::string::npos);
+}
+
 TEST(Tool, RefusesAnOutputThatItCannotWriteBeforeTheWork) {
   TemporaryFolder folder;
   const std::string tool = program("risorius").string();
