@@ -13,6 +13,9 @@ constexpr double kTruncateAtThresholds = 2;
 /// By so many times a stabiliser pulls harder than any other marker: AUs never explain all that the others do, and what
 /// they leave must not turn the head.
 constexpr double kStabiliserPull = 5;
+/// Unlike a marker's weight it falls beyond the option's own threshold, wherever the median lies: a stabiliser that
+/// moves with the brows, or is false, counts as any other marker.
+constexpr int kPullPower = 2;
 /// A joint step that leaves the head this near to where it belongs is the last: a hundredth of a marker's noise.
 constexpr double kStill_mm = 2e-3;
 
@@ -28,7 +31,8 @@ FaceFit::FaceFit(const Rig& rig, const AuSolverOptions& options)
       penalties_(rig, options, basis_.mean_diagonal_mm2()),
       coupling_(rig),
       qp_(static_cast<int>(rig.au_count())),
-      pull_(1 + kStabiliserPull * rig.stabiliser_weight.array()) {
+      pull_(1 + kStabiliserPull * rig.stabiliser_weight.array()),
+      earned_pull_(pull_) {
   const std::size_t markers = rig.marker_count();
   residual_mm_.resize(markers);
   scratch_.resize(markers);
@@ -67,6 +71,7 @@ void FaceFit::begin_frame(const RigMarkers& markers, const Eigen::VectorXd& uppe
   upper_ = upper;
   fixed_ = fixed;
   weight_ = markers.weight();
+  earned_pull_ = pull_;
   if (penalties_changed) hessian_holds_ = false;
 }
 
@@ -81,7 +86,10 @@ void FaceFit::weigh_by_last_face(const Rig& rig, const RigMarkers& markers,
 void FaceFit::fit(const Rig& rig, const RigMarkers& markers, RigidTransform& world_from_head,
                   FirstWeights first) noexcept {
   head_from_world_ = world_from_head.inverse();
-  if (first == FirstWeights::kMarkers) weight_ = markers.weight();
+  if (first == FirstWeights::kMarkers) {
+    weight_ = markers.weight();
+    earned_pull_ = pull_;
+  }
   see_markers(rig, markers);
   const int steps = std::max(options_.robust_iterations, options_.pose_steps);
   for (int step = 0;; ++step) {
@@ -111,7 +119,7 @@ QpResult FaceFit::certify() noexcept {
 }
 
 QpResult FaceFit::fit_weighted(Head head, QpEffort effort) noexcept {
-  pulling_weight_ = weight_.cwiseProduct(pull_);
+  pulling_weight_ = weight_.cwiseProduct(earned_pull_);
   const bool with_head = head == Head::kCarriedAlong && coupling_.prepare(pulling_weight_);
   const QpHessian hessian = renew_hessian(with_head) ? QpHessian::kNew : QpHessian::kSame;
   project_markers(with_head);
@@ -188,8 +196,11 @@ bool FaceFit::reweigh(const RigMarkers& markers, int iteration) noexcept {
   for (std::size_t m = 0; m < residual_mm_.size(); ++m) {
     const auto column = static_cast<Eigen::Index>(m);
     const double weight = markers.weight()[column] * robust_weight(residual_mm_[m], threshold, robust_power(iteration));
-    changed = changed || weight != weight_[column];
+    const double pull =
+        1 + (pull_[column] - 1) * robust_weight(residual_mm_[m], options_.robust_threshold_mm, kPullPower);
+    changed = changed || weight != weight_[column] || pull != earned_pull_[column];
     weight_[column] = weight;
+    earned_pull_[column] = pull;
   }
   return changed;
 }
@@ -199,7 +210,7 @@ RigidAlignment FaceFit::align(const Rig& rig, const RigMarkers& markers) noexcep
     const auto column = static_cast<Eigen::Index>(m);
     head_mm_[m] = rig.neutral_mm.col(column) + fitted_mm_.segment<3>(3 * column);
     world_mm_[m] = markers.world_mm(m);
-    pose_weight_[m] = weight_[column] * pull_[column];
+    pose_weight_[m] = weight_[column] * earned_pull_[column];
   }
   return align_rigid(head_mm_, world_mm_, pose_weight_);
 }

@@ -84,8 +84,9 @@ class FaceFit {
   AuPenalties penalties_;
   PoseCoupling coupling_;
   BoundedQp qp_;
-  Eigen::VectorXd pull_;  // M: by which a marker's weight counts
-  Eigen::VectorXd x_;     // K
+  Eigen::VectorXd pull_;         // M: by which a marker's weight counts where it fits
+  Eigen::VectorXd earned_pull_;  // M: of the frame at work, 1 to pull_
+  Eigen::VectorXd x_;            // K
 
   // Of the frame at work. M markers, K AUs.
   RigidTransform head_from_world_;

@@ -79,7 +79,7 @@ double error_with(Spoiled spoiled) {
 TEST(FalseMarkers, CostTheLiveSolverLittleMoreThanMissingOnes) {
   const double moved = error_with(Spoiled::kMoved), missing = error_with(Spoiled::kMissing);
   std::printf("[ measured ] error with false markers %.4f, with missing ones %.4f\n", moved, missing);
-  EXPECT_LT(moved, 1.25 * missing);
+  EXPECT_LT(moved, 1.05 * missing);  // 1.00; 1.15 while a false stabiliser went on pulling
 }
 
 }  // namespace
