@@ -49,9 +49,11 @@ void ProgressLine::draw(std::uint64_t done, std::uint64_t of, bool last) {
   const double seconds = static_cast<double>(monotonic_now_ns() - begin_ns_) * 1e-9;
   const double rate = seconds > 0 ? static_cast<double>(done) / seconds : 0;
   std::string line = fmt::format("{}: {} {}", what_, done, unit_);
-  if (!last && of > 0)
+  const bool is_share = unit_ == "%";  // which needs no share and no rate of its own
+  if (!last && of > 0 && !is_share)
     line += fmt::format(" of {} ({:.0f} %)", of, 100 * static_cast<double>(done) / static_cast<double>(of));
-  line += fmt::format(", {:.0f} {}/s", rate, unit_);
+  if (!is_share && rate > 0)
+    line += fmt::format(", {} {}/s", rate < 10 ? fmt::format("{:.2g}", rate) : fmt::format("{:.0f}", rate), unit_);
   if (!last && of > done && rate > 0) line += ", " + duration_text(static_cast<double>(of - done) / rate) + " left";
   if (last) line += fmt::format(", {:.1f} s", seconds);
   // The terminal's line is padded: a shorter text must cover the longer one before it.

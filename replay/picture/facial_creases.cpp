@@ -9,7 +9,8 @@
 namespace risorius {
 namespace {
 
-constexpr double kReach = 4;  // widths, beyond which nothing shows
+constexpr double kReach = 4;   // widths, beyond which nothing shows
+constexpr double kMiddle = 2;  // widths beyond the middle of the face, over which a line that begins there fades
 
 std::vector<Crease> all_creases() {
   return {
@@ -122,10 +123,13 @@ double CreaseShade::height_mm(double x_mm, double y_mm) const noexcept {
     if (u >= kReach) continue;
     // Skin is pushed aside: what sinks in the middle stands up beside it.
     const double profile = std::exp(-0.5 * u * u) - 0.25 * std::exp(-0.125 * u * u);
-    // Lines that end in the middle of the face go on in their mirror image.
-    const bool starts_in_middle = std::abs(line.points.front().x()) < 1e-9;
-    const double begin = starts_in_middle ? 1 : std::min(1.0, 4 * at), end = std::min(1.0, 4 * (1 - at));
     const auto soft = [](double s) { return s * s * (3 - 2 * s); };
+    // Lines that begin in the middle of the face go on in their mirror image: where both are, they add up to one fold.
+    const bool begins_in_middle = std::abs(line.points.front().x()) < 1e-9;
+    const double inwards = line.points.back().x() > 0 ? p.x() : -p.x();
+    const double begin = begins_in_middle ? std::clamp(0.5 + 0.5 * inwards / (kMiddle * line.width_mm), 0.0, 1.0)
+                                          : std::min(1.0, 4 * at);
+    const double end = std::min(1.0, 4 * (1 - at));
     height -= line.depth_mm * profile * soft(begin) * soft(end);
   }
   return height;

@@ -14,6 +14,8 @@ constexpr Colour kInk{0.15, 0.15, 0.18};
 constexpr Colour kGrid{0.88, 0.89, 0.91};
 constexpr double kTitleSize = 15, kLabelSize = 12, kTickSize = 11;
 constexpr double kPadding = 8;
+constexpr double kLegendRow = 17, kLegendSample = 22;
+constexpr double kMostHeadroom = 0.45;  // of a plot's height, for its legend
 
 Colour faded(Colour colour, double alpha) {
   colour.alpha *= alpha;
@@ -146,7 +148,7 @@ void Plot::limit_y(double low, double high) {
   y_high_ = high;
 }
 
-Plot::Frame Plot::frame_of(const Canvas& canvas, const PictureRectangle& where) const {
+Plot::Frame Plot::frame_of(const Canvas& canvas, const PictureRectangle& where, double headroom) const {
   constexpr double kFar = std::numeric_limits<double>::infinity();
   double x_low = kFar, x_high = -kFar, y_low = kFar, y_high = -kFar;
   const auto widen = [](double value, double& low, double& high) {
@@ -176,6 +178,7 @@ Plot::Frame Plot::frame_of(const Canvas& canvas, const PictureRectangle& where) 
               is_log_x_,
               {},
               {}};
+  frame.y_high += headroom / (1 - headroom) * (frame.y_high - frame.y_low);
   const double top = where.y + kPadding + (labels_.title.empty() ? 0 : kTitleSize + kPadding);
   const double bottom = where.y + where.height - kPadding - kTickSize - 6 - (labels_.x.empty() ? 0 : kLabelSize + 8);
   frame.y_ticks = round_ticks(frame.y_low, frame.y_high, std::max(2, static_cast<int>((bottom - top) / 38)));
@@ -251,55 +254,78 @@ void Plot::draw_series(Canvas& canvas, const Frame& frame, const Series& series)
   }
 }
 
-void Plot::draw_legend(Canvas& canvas, const Frame& frame) const {
-  constexpr double kRow = 17, kSample = 22;
+/// The series' points, and those between them where a line or a band joins them, that a rectangle would hide.
+std::size_t Plot::hidden_by(const PictureRectangle& r, const Frame& frame) const {
+  constexpr int kBetween = 8;
+  std::size_t hidden = 0;
+  for (const Series& series : series_) {
+    const bool joined = series.kind == Kind::kLine || series.kind == Kind::kBand;
+    for (std::size_t i = 0; i < series.high.size(); ++i) {
+      const PicturePoint p = frame.at(series.x[i], series.high[i]);
+      const bool has_next = joined && i + 1 < series.high.size();
+      const PicturePoint next = has_next ? frame.at(series.x[i + 1], series.high[i + 1]) : p;
+      for (int k = 0; k < (has_next ? kBetween : 1); ++k) {
+        const double share = static_cast<double>(k) / kBetween;
+        const double x = p.x + share * (next.x - p.x), y = p.y + share * (next.y - p.y);
+        hidden += x >= r.x && x <= r.x + r.width && y >= r.y && y <= r.y + r.height;
+      }
+    }
+  }
+  return hidden;
+}
+
+/// In the corner that hides least.
+Plot::Legend Plot::place_legend(const Canvas& canvas, const Frame& frame) const {
+  Legend legend;
   double width = 0;
-  std::vector<const Series*> rows;
   for (const Series& series : series_) {
     if (series.label.empty()) continue;
-    rows.push_back(&series);
+    legend.rows.push_back(&series);
     width = std::max(width, canvas.text_width(series.label, kTickSize));
   }
-  if (rows.empty() || !has_legend_) return;
+  if (legend.rows.empty() || !has_legend_) return {};
   const PictureRectangle& box = frame.box;
-  PictureRectangle legend{0, 0, width + kSample + 18, kRow * static_cast<double>(rows.size()) + 8};
-  // The corner that hides fewest points.
-  std::size_t fewest = std::numeric_limits<std::size_t>::max();
+  PictureRectangle where{0, 0, width + kLegendSample + 18, kLegendRow * static_cast<double>(legend.rows.size()) + 8};
+  legend.hidden = std::numeric_limits<std::size_t>::max();
   for (const double share_y : {0.0, 1.0}) {
     for (const double share_x : {1.0, 0.0}) {
-      const double x = box.x + 6 + share_x * (box.width - legend.width - 12);
-      const double y = box.y + 6 + share_y * (box.height - legend.height - 12);
-      std::size_t hidden = 0;
-      for (const Series& series : series_) {
-        for (std::size_t i = 0; i < series.high.size(); ++i) {
-          const PicturePoint p = frame.at(series.x[i], series.high[i]);
-          hidden += p.x >= x && p.x <= x + legend.width && p.y >= y && p.y <= y + legend.height;
-        }
-      }
-      if (hidden >= fewest) continue;
-      fewest = hidden;
-      legend.x = x;
-      legend.y = y;
+      where.x = box.x + 6 + share_x * (box.width - where.width - 12);
+      where.y = box.y + 6 + share_y * (box.height - where.height - 12);
+      const std::size_t hidden = hidden_by(where, frame);
+      if (hidden >= legend.hidden) continue;
+      legend.hidden = hidden;
+      legend.where = where;
     }
   }
-  canvas.fill_rectangle(legend, {1, 1, 1, 0.85});
-  double y = legend.y + 4;
-  for (const Series* series : rows) {
-    const double middle = y + 0.5 * kRow;
+  return legend;
+}
+
+void Plot::draw_legend(Canvas& canvas, const Legend& legend) const {
+  if (legend.rows.empty()) return;
+  canvas.fill_rectangle(legend.where, {1, 1, 1, 0.85});
+  const double left = legend.where.x + 6;
+  double y = legend.where.y + 4;
+  for (const Series* series : legend.rows) {
+    const double middle = y + 0.5 * kLegendRow;
     if (series->kind == Kind::kBand || series->kind == Kind::kBars) {
-      canvas.fill_rectangle({legend.x + 6, middle - 5, kSample, 10}, faded(series->colour, 0.4));
+      canvas.fill_rectangle({left, middle - 5, kLegendSample, 10}, faded(series->colour, 0.4));
     } else if (series->kind == Kind::kPoints) {
-      canvas.fill_circle({legend.x + 6 + 0.5 * kSample, middle}, 3, series->colour);
+      canvas.fill_circle({left + 0.5 * kLegendSample, middle}, 3, series->colour);
     } else {
-      canvas.line({legend.x + 6, middle}, {legend.x + 6 + kSample, middle}, series->colour, 2.2);
+      canvas.line({left, middle}, {left + kLegendSample, middle}, series->colour, 2.2);
     }
-    canvas.text({legend.x + 12 + kSample, middle + 0.36 * kTickSize}, series->label, kTickSize, kInk);
-    y += kRow;
+    canvas.text({left + 6 + kLegendSample, middle + 0.36 * kTickSize}, series->label, kTickSize, kInk);
+    y += kLegendRow;
   }
 }
 
 void Plot::draw(Canvas& canvas, const PictureRectangle& where) const {
-  const Frame frame = frame_of(canvas, where);
+  Frame frame = frame_of(canvas, where, 0);
+  Legend legend = place_legend(canvas, frame);
+  if (legend.hidden > 0 && !y_high_) {  // no corner is free: the axis goes on above the data
+    frame = frame_of(canvas, where, std::min(kMostHeadroom, (legend.where.height + 12) / frame.box.height));
+    legend = place_legend(canvas, frame);
+  }
   draw_axes(canvas, frame);
   canvas.begin_clip({frame.box.x, frame.box.y - 2, frame.box.width + 2, frame.box.height + 4});
   for (const Mark& mark : marks_) {
@@ -316,7 +342,7 @@ void Plot::draw(Canvas& canvas, const PictureRectangle& where) const {
   }
   for (const Series& series : series_) draw_series(canvas, frame, series);
   canvas.end_clip();
-  draw_legend(canvas, frame);
+  draw_legend(canvas, legend);
 }
 
 }  // namespace risorius

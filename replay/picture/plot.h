@@ -69,10 +69,18 @@ class Plot {
     Colour colour;
   };
   struct Frame;
-  Frame frame_of(const Canvas& canvas, const PictureRectangle& where) const;
+  struct Legend {
+    PictureRectangle where;
+    std::vector<const Series*> rows;
+    std::size_t hidden = 0;  ///< how much of the data is behind it
+  };
+  /// `headroom`: share of the height to be left free above the data.
+  Frame frame_of(const Canvas& canvas, const PictureRectangle& where, double headroom) const;
   void draw_axes(Canvas& canvas, const Frame& frame) const;
   void draw_series(Canvas& canvas, const Frame& frame, const Series& series) const;
-  void draw_legend(Canvas& canvas, const Frame& frame) const;
+  std::size_t hidden_by(const PictureRectangle& r, const Frame& frame) const;
+  Legend place_legend(const Canvas& canvas, const Frame& frame) const;
+  void draw_legend(Canvas& canvas, const Legend& legend) const;
 
   PlotLabels labels_;
   std::vector<Series> series_;

@@ -141,8 +141,6 @@ void plot_curve(Canvas& canvas, const PictureRectangle& where, bool over_markers
     plot.line(x, us[i], plot_colour(i), names[i]);
     plot.points(x, us[i], plot_colour(i));
   }
-  plot.limit_y(0, 1.1 * std::max({*std::ranges::max_element(us[0]), *std::ranges::max_element(us[1]),
-                                  *std::ranges::max_element(us[2])}));
   plot.draw(canvas, where);
 }
 

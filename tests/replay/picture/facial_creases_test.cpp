@@ -1,6 +1,7 @@
 #include "replay/picture/facial_creases.h"
 
 #include <algorithm>
+#include <cmath>
 #include <gtest/gtest.h>
 
 #include "solve/faces/facial_muscles.h"
@@ -30,6 +31,18 @@ TEST(CreaseShade, FoldsTheSideThatActsAndOnlyThat) {
   EXPECT_EQ(right.height_mm(32, -22), 0);
   EXPECT_EQ(both.height_mm(-32, -22), left.height_mm(32, -22));
   EXPECT_EQ(left.height_mm(32, 60), 0) << "the brow stays smooth";
+}
+
+TEST(CreaseShade, FoldsThatCrossTheMiddleAreNoDeeperThere) {
+  const CreaseShade both({"AU1L", "AU1R"}, 1), left({"AU1L"}, 1);
+  double at_side = 0;
+  for (double y = 66; y < 70; y += 0.1) at_side = std::min(at_side, both.height_mm(8, y));
+  for (double x = -6; x <= 6; x += 0.5) {
+    double deepest = 0;
+    for (double y = 66; y < 70; y += 0.1) deepest = std::min(deepest, both.height_mm(x, y));
+    EXPECT_NEAR(deepest, at_side, 0.15 * std::abs(at_side)) << x;
+  }
+  EXPECT_NEAR(left.height_mm(0, 68), 0.5 * both.height_mm(0, 68), 1e-9);
 }
 
 TEST(CreaseShade, GrowsWithTheFace) {

@@ -69,6 +69,22 @@ TEST(Plot, AGapInTheValuesIsAGapInTheLine) {
   EXPECT_LT(middle, 60);
 }
 
+TEST(Plot, TheLegendHidesNoLine) {
+  // Few points, whose joining lines pass through all four corners.
+  const std::vector<double> x{0, 1}, up{0, 1}, down{1, 0};
+  const auto red_of = [&](const std::string& label) {
+    Canvas canvas(400, 300);
+    Plot plot;
+    plot.line(x, up, kRed, "", 3);
+    plot.line(x, down, kRed, "", 3);
+    plot.line({}, {}, {0, 0, 1}, label);
+    plot.draw(canvas, {0, 0, 400, 300});
+    return count_of(canvas, 0xffff0000u, {0, 0, 400, 300});
+  };
+  // With headroom above the data the lines are flatter, not shorter in columns: each still crosses the whole width.
+  EXPECT_GT(red_of("a label of some length"), 0.75 * red_of(""));
+}
+
 TEST(Plot, EmptyPlotsAndOddValuesAreDrawnToo) {
   Canvas canvas(300, 200);
   Plot{}.draw(canvas, {0, 0, 300, 200});
