@@ -20,7 +20,7 @@ struct RigRefineOptions {
   int rounds = 6;                                 ///< of solve and update, 1 to 100
   BasisPrior prior;                               ///< around the start
   AuSolverOptions solve{.ridge = 5e-3, .l1 = 3};  ///< with the usual l1, shrunk intensities stretch the shapes
-  double independent_s = 2;                       ///< frames closer in time than this tell partly the same, > 0
+  double independent_s = 4;                       ///< frames closer in time than this tell partly the same, > 0
   double least_noise_mm = 0.2;                    ///< per axis: what the model leaves at best, > 0
   bool chooses_stabilisers = true;                ///< anew, where the takes show that one moves with the face
   double least_intensity = 0.25;                  ///< an AU that stays below is not in the takes, (0, 1)
