@@ -191,8 +191,13 @@ Canvas TakeReport::draw() {
               12, kGrey);
   std::vector<std::string> quiet;
   for (std::size_t i = 0; i < rig_.au_count(); ++i) {
-    if (std::ranges::none_of(shown, [&](const auto& c) { return std::ranges::find(c, i) != c.end(); }))
-      quiet.push_back(rig_.aus[i].name);
+    const std::string& name = rig_.aus[i].name;
+    if (std::ranges::any_of(shown, [&](const auto& c) { return std::ranges::find(c, i) != c.end(); })) continue;
+    if (i > 0 && !quiet.empty() && quiet.back() == rig_.aus[i - 1].name && are_halves(quiet.back(), name)) {
+      quiet.back() = name.substr(0, name.size() - 1);  // both sides
+    } else {
+      quiet.push_back(name);
+    }
   }
   canvas.text(
       {16, 66},

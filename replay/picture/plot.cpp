@@ -15,7 +15,9 @@ constexpr Colour kGrid{0.88, 0.89, 0.91};
 constexpr double kTitleSize = 15, kLabelSize = 12, kTickSize = 11;
 constexpr double kPadding = 8;
 constexpr double kLegendRow = 17, kLegendSample = 22;
-constexpr double kMostHeadroom = 0.45;  // of a plot's height, for its legend
+constexpr double kMostHeadroom = 0.45;     // of a plot's height, for its legend
+constexpr double kMostStackedShare = 0.3;  // of a plot's height; a higher legend lies down
+constexpr int kLeastTicks = 2;
 
 Colour faded(Colour colour, double alpha) {
   colour.alpha *= alpha;
@@ -181,7 +183,10 @@ Plot::Frame Plot::frame_of(const Canvas& canvas, const PictureRectangle& where, 
   frame.y_high += headroom / (1 - headroom) * (frame.y_high - frame.y_low);
   const double top = where.y + kPadding + (labels_.title.empty() ? 0 : kTitleSize + kPadding);
   const double bottom = where.y + where.height - kPadding - kTickSize - 6 - (labels_.x.empty() ? 0 : kLabelSize + 8);
-  frame.y_ticks = round_ticks(frame.y_low, frame.y_high, std::max(2, static_cast<int>((bottom - top) / 38)));
+  int ticks = std::max(kLeastTicks, static_cast<int>((bottom - top) / 38));
+  do {
+    frame.y_ticks = round_ticks(frame.y_low, frame.y_high, ticks++);
+  } while (frame.y_ticks.size() < kLeastTicks && ticks < 4 * kLeastTicks);
   double widest = 0;
   const double step = frame.y_ticks.size() > 1 ? frame.y_ticks[1] - frame.y_ticks[0] : 1;
   for (const double tick : frame.y_ticks)
@@ -277,15 +282,19 @@ std::size_t Plot::hidden_by(const PictureRectangle& r, const Frame& frame) const
 /// In the corner that hides least.
 Plot::Legend Plot::place_legend(const Canvas& canvas, const Frame& frame) const {
   Legend legend;
-  double width = 0;
+  double widest = 0, together = 0;
   for (const Series& series : series_) {
     if (series.label.empty()) continue;
-    legend.rows.push_back(&series);
-    width = std::max(width, canvas.text_width(series.label, kTickSize));
+    legend.entries.push_back(&series);
+    const double width = canvas.text_width(series.label, kTickSize) + kLegendSample + 18;
+    widest = std::max(widest, width);
+    together += width;
   }
-  if (legend.rows.empty() || !has_legend_) return {};
+  if (legend.entries.empty() || !has_legend_) return {};
   const PictureRectangle& box = frame.box;
-  PictureRectangle where{0, 0, width + kLegendSample + 18, kLegendRow * static_cast<double>(legend.rows.size()) + 8};
+  const double stacked = kLegendRow * static_cast<double>(legend.entries.size());
+  legend.is_row = stacked > kMostStackedShare * box.height && together < box.width - 12;
+  PictureRectangle where{0, 0, legend.is_row ? together : widest, (legend.is_row ? kLegendRow : stacked) + 8};
   legend.hidden = std::numeric_limits<std::size_t>::max();
   for (const double share_y : {0.0, 1.0}) {
     for (const double share_x : {1.0, 0.0}) {
@@ -301,11 +310,10 @@ Plot::Legend Plot::place_legend(const Canvas& canvas, const Frame& frame) const 
 }
 
 void Plot::draw_legend(Canvas& canvas, const Legend& legend) const {
-  if (legend.rows.empty()) return;
+  if (legend.entries.empty()) return;
   canvas.fill_rectangle(legend.where, {1, 1, 1, 0.85});
-  const double left = legend.where.x + 6;
-  double y = legend.where.y + 4;
-  for (const Series* series : legend.rows) {
+  double left = legend.where.x + 6, y = legend.where.y + 4;
+  for (const Series* series : legend.entries) {
     const double middle = y + 0.5 * kLegendRow;
     if (series->kind == Kind::kBand || series->kind == Kind::kBars) {
       canvas.fill_rectangle({left, middle - 5, kLegendSample, 10}, faded(series->colour, 0.4));
@@ -315,7 +323,11 @@ void Plot::draw_legend(Canvas& canvas, const Legend& legend) const {
       canvas.line({left, middle}, {left + kLegendSample, middle}, series->colour, 2.2);
     }
     canvas.text({left + 6 + kLegendSample, middle + 0.36 * kTickSize}, series->label, kTickSize, kInk);
-    y += kLegendRow;
+    if (legend.is_row) {
+      left += canvas.text_width(series->label, kTickSize) + kLegendSample + 18;
+    } else {
+      y += kLegendRow;
+    }
   }
 }
 

@@ -71,7 +71,8 @@ class Plot {
   struct Frame;
   struct Legend {
     PictureRectangle where;
-    std::vector<const Series*> rows;
+    std::vector<const Series*> entries;
+    bool is_row = false;     ///< side by side; else one below the other
     std::size_t hidden = 0;  ///< how much of the data is behind it
   };
   /// `headroom`: share of the height to be left free above the data.
