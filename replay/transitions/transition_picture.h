@@ -1,4 +1,5 @@
-// Courses of one transition over each other: a panel per AU that moves most, a line per course.
+// Courses of one transition over each other: a panel per AU that moves most, a line per course; their
+// names above the panels.
 #pragma once
 
 #include <string>

@@ -17,6 +17,14 @@ TEST(TransitionPicture, HasAPanelForEachAuThatMovesMost) {
   EXPECT_EQ(all.width(), two.width());
 }
 
+TEST(TransitionPicture, HasItsLegendAboveThePanelsInAsManyRowsAsItTakes) {
+  const AuMatrix past = AuMatrix::Zero(2, 1), course = AuMatrix::Zero(5, 1);
+  const std::string label(40, 'm');
+  const Canvas one = transition_picture("", {"AU1"}, past, {{label, course}}, 120);
+  const Canvas many = transition_picture("", {"AU1"}, past, std::vector<TransitionCourse>(8, {label, course}), 120);
+  EXPECT_GT(many.height(), one.height()) << "the panel is as high as before";
+}
+
 TEST(TransitionPicture, RefusesSizesThatDoNotFit) {
   const AuMatrix past = AuMatrix::Zero(2, 1), course = AuMatrix::Zero(5, 1);
   EXPECT_THROW(transition_picture("", {"AU1"}, past, {}, 120), std::invalid_argument);
