@@ -1,33 +1,111 @@
 #include "generate/matrix_product.h"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+
 namespace risorius {
 namespace {
 
-inline float widened(float value) noexcept { return value; }
-inline float widened(Bf16 value) noexcept { return std::bit_cast<float>(static_cast<std::uint32_t>(value.bits) << 16); }
+inline std::array<float, 8> eight_of(std::span<const float> x, std::size_t from) noexcept {
+  std::array<float, 8> eight{};
+  std::copy_n(x.begin() + static_cast<std::ptrdiff_t>(from), eight.size(), eight.begin());
+  return eight;
+}
+
+/// What eight columns add to a row, in the order that the header promises.
+template <typename Term>
+[[gnu::always_inline]] inline float sum_of_eight(const Term& weight, const float* x) noexcept {
+  const float first = std::fma(weight(3), x[3], std::fma(weight(2), x[2], std::fma(weight(1), x[1], weight(0) * x[0])));
+  const float second =
+      std::fma(weight(7), x[7], std::fma(weight(6), x[6], std::fma(weight(5), x[5], weight(4) * x[4])));
+  return first + second;
+}
 
 /// Compiled once for each kind of vectors, into the functions below.
-template <typename Weight>
-[[gnu::always_inline]] inline void sum(const Weight* weights, std::size_t rows, std::span<const float> x,
+[[gnu::always_inline]] inline void sum(const float* weights, std::size_t rows, std::span<const float> x,
                                        float* __restrict y) noexcept {
   std::size_t j = 0;
   for (; j + 8 <= x.size(); j += 8) {
-    const Weight* __restrict w = weights + j * rows;
-    const float a = x[j], b = x[j + 1], c = x[j + 2], d = x[j + 3], e = x[j + 4], f = x[j + 5], g = x[j + 6],
-                h = x[j + 7];
-    for (std::size_t i = 0; i < rows; ++i) {
-      const float first = (widened(w[i]) * a + widened(w[i + rows]) * b) +
-                          (widened(w[i + 2 * rows]) * c + widened(w[i + 3 * rows]) * d);
-      const float second = (widened(w[i + 4 * rows]) * e + widened(w[i + 5 * rows]) * f) +
-                           (widened(w[i + 6 * rows]) * g + widened(w[i + 7 * rows]) * h);
-      y[i] += first + second;
+    const float* __restrict w = weights + j * rows;
+    const std::array<float, 8> eight = eight_of(x, j);
+    for (std::size_t i = 0; i < rows; ++i)
+      y[i] += sum_of_eight([&](std::size_t k) { return w[i + k * rows]; }, eight.data());
+  }
+  for (; j < x.size(); ++j) {
+    const float* __restrict w = weights + j * rows;
+    const float a = x[j];
+    for (std::size_t i = 0; i < rows; ++i) y[i] = std::fma(w[i], a, y[i]);
+  }
+}
+
+static_assert(std::endian::native == std::endian::little);  // the even row's weight is the lower half of a pair
+
+inline std::uint32_t pair_at(const Bf16* weights) noexcept {
+  std::uint32_t pair = 0;
+  std::memcpy(&pair, weights, sizeof(pair));
+  return pair;
+}
+inline float even_of(std::uint32_t pair) noexcept { return std::bit_cast<float>(pair << 16); }
+inline float odd_of(std::uint32_t pair) noexcept { return std::bit_cast<float>(pair & 0xffff0000u); }
+
+/// Two weights are widened by a shift and a mask where each alone would take a shuffle and a shift: what a step with
+/// bf16 weights lasts is arithmetic, no longer memory. `even` and `odd`: sums of every other row; `pairs` of them.
+[[gnu::always_inline]] inline void sum_pairs(const Bf16* weights, std::size_t rows, std::size_t pairs,
+                                             std::span<const float> x, float* __restrict even,
+                                             float* __restrict odd) noexcept {
+  std::size_t j = 0;
+  for (; j + 8 <= x.size(); j += 8) {
+    const Bf16* __restrict w = weights + j * rows;
+    const std::array<float, 8> eight = eight_of(x, j);
+    for (std::size_t i = 0; i < pairs; ++i) {
+      const auto pair = [&](std::size_t k) { return pair_at(w + 2 * i + k * rows); };
+      even[i] += sum_of_eight([&](std::size_t k) { return even_of(pair(k)); }, eight.data());
+      odd[i] += sum_of_eight([&](std::size_t k) { return odd_of(pair(k)); }, eight.data());
     }
   }
   for (; j < x.size(); ++j) {
-    const Weight* __restrict w = weights + j * rows;
+    const Bf16* __restrict w = weights + j * rows;
     const float a = x[j];
-    for (std::size_t i = 0; i < rows; ++i) y[i] += widened(w[i]) * a;
+    for (std::size_t i = 0; i < pairs; ++i) {
+      const std::uint32_t pair = pair_at(w + 2 * i);
+      even[i] = std::fma(even_of(pair), a, even[i]);
+      odd[i] = std::fma(odd_of(pair), a, odd[i]);
+    }
   }
+}
+
+/// The row that an odd number of them leaves over.
+[[gnu::always_inline]] inline float sum_row(const Bf16* weights, std::size_t rows, std::span<const float> x,
+                                            float y) noexcept {
+  const auto weight = [&](std::size_t j) {
+    return std::bit_cast<float>(static_cast<std::uint32_t>(weights[j * rows].bits) << 16);
+  };
+  std::size_t j = 0;
+  for (; j + 8 <= x.size(); j += 8) y += sum_of_eight([&](std::size_t k) { return weight(j + k); }, x.data() + j);
+  for (; j < x.size(); ++j) y = std::fma(weight(j), x[j], y);
+  return y;
+}
+
+constexpr std::size_t kPairs = 1024;  ///< at once; an LSTM's gates are 2048 rows
+
+[[gnu::always_inline]] inline void sum(const Bf16* weights, std::size_t rows, std::span<const float> x,
+                                       float* __restrict y) noexcept {
+  float even[kPairs], odd[kPairs];
+  for (std::size_t first = 0; first + 1 < rows; first += 2 * kPairs) {
+    const std::size_t pairs = std::min(kPairs, (rows - first) / 2);
+    for (std::size_t i = 0; i < pairs; ++i) {
+      even[i] = y[first + 2 * i];
+      odd[i] = y[first + 2 * i + 1];
+    }
+    sum_pairs(weights + first, rows, pairs, x, even, odd);
+    for (std::size_t i = 0; i < pairs; ++i) {
+      y[first + 2 * i] = even[i];
+      y[first + 2 * i + 1] = odd[i];
+    }
+  }
+  if (rows % 2 == 1) y[rows - 1] = sum_row(weights + rows - 1, rows, x, y[rows - 1]);
 }
 
 template <typename Weight>
@@ -40,20 +118,21 @@ void sum_narrow(const Weight* weights, std::size_t rows, std::span<const float> 
 
 #if defined(__x86_64__)
 template <typename Weight>
-[[gnu::target("avx2")]] void sum_avx2(const Weight* weights, std::size_t rows, std::span<const float> x,
-                                      float* y) noexcept {
+[[gnu::target("avx2,fma")]] void sum_avx2(const Weight* weights, std::size_t rows, std::span<const float> x,
+                                          float* y) noexcept {
   sum(weights, rows, x, y);
 }
 
 template <typename Weight>
-[[gnu::target("avx512f,avx512bw,avx512vl")]] void sum_avx512(const Weight* weights, std::size_t rows,
-                                                             std::span<const float> x, float* y) noexcept {
+[[gnu::target("avx512f,avx512bw,avx512vl,fma")]] void sum_avx512(const Weight* weights, std::size_t rows,
+                                                                 std::span<const float> x, float* y) noexcept {
   sum(weights, rows, x, y);
 }
 
 template <typename Weight>
 Sum<Weight> widest_sum() noexcept {
   __builtin_cpu_init();
+  if (__builtin_cpu_supports("fma") == 0) return &sum_narrow<Weight>;
   if (__builtin_cpu_supports("avx512bw") != 0 && __builtin_cpu_supports("avx512vl") != 0) return &sum_avx512<Weight>;
   return __builtin_cpu_supports("avx2") != 0 ? &sum_avx2<Weight> : &sum_narrow<Weight>;
 }

@@ -1,12 +1,12 @@
 // y += W x, the product that a network's step consists of, for float and bf16 weights.
 //
 // Weights lie column after column: the sum runs over contiguous rows, eight columns at a time, and needs no reordered
-// sums, so a build without -ffast-math is fast. Each row's sum is made in one order whatever the width of the machine's
-// vectors: the same bits on all of them, so the widest that this processor has can be chosen when the program runs.
-// bf16 weights are widened as they are read; sums are float.
+// sums, so a build without -ffast-math is fast. Each row's sum is made in one order, by fused multiplications and
+// additions, whatever the width of the machine's vectors: the same bits on all of them, so the widest that this
+// processor has can be chosen when the program runs. bf16 weights are widened as they are read; sums are float.
 //
-//   column:  0           1                      eight columns of a block are added pairwise, then to y:
-//          [ w00 w10 .. | w01 w11 .. | ... ]    y += ((c0 + c1) + (c2 + c3)) + ((c4 + c5) + (c6 + c7))
+//   column:  0           1                      eight columns c of a block make two chains, which are added, then to y:
+//          [ w00 w10 .. | w01 w11 .. | ... ]    y += (((c0 + c1) + c2) + c3) + (((c4 + c5) + c6) + c7)
 #pragma once
 
 #include <bit>

@@ -1,6 +1,7 @@
 #include "generate/matrix_product.h"
 
 #include <bit>
+#include <cmath>
 #include <gtest/gtest.h>
 #include <random>
 #include <vector>
@@ -20,10 +21,14 @@ std::vector<float> promised(const std::vector<float>& weights, const std::vector
   const std::size_t rows = y.size();
   for (std::size_t i = 0; i < rows; ++i) {
     std::size_t j = 0;
-    const auto term = [&](std::size_t k) { return weights[(j + k) * rows + i] * x[j + k]; };
-    for (; j + 8 <= x.size(); j += 8)
-      y[i] += ((term(0) + term(1)) + (term(2) + term(3))) + ((term(4) + term(5)) + (term(6) + term(7)));
-    for (; j < x.size(); ++j) y[i] += term(0);
+    const auto weight = [&](std::size_t k) { return weights[(j + k) * rows + i]; };
+    const auto chain = [&](std::size_t k) {
+      float sum = weight(k) * x[j + k];
+      for (std::size_t more = k + 1; more < k + 4; ++more) sum = std::fma(weight(more), x[j + more], sum);
+      return sum;
+    };
+    for (; j + 8 <= x.size(); j += 8) y[i] += chain(0) + chain(4);
+    for (; j < x.size(); ++j) y[i] = std::fma(weight(0), x[j], y[i]);
   }
   return y;
 }
