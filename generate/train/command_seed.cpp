@@ -23,9 +23,18 @@ constexpr std::array kInterpolations{MergeDegree::kLinear, MergeDegree::kQuadrat
 constexpr double kEndWeight = 5;  ///< of the cure "weighted start and end"
 constexpr std::int64_t kEndFrames = 10;
 
+/// Every so many frames are shown during a part of the training, which begins at `share` of it. A quarter of the frames
+/// is a quarter of the time a step takes, and what start and target mean for a face is the same at any rate; the last
+/// part is at the rate that the network runs at.
+struct Pace {
+  double share = 0;
+  Eigen::Index every = 1;
+};
+constexpr std::array<Pace, 3> kPaces{{{0, 4}, {0.6, 2}, {0.8, 1}}};
+
 struct SeedArguments : TrainingArguments {
   std::string cure = "none", study;  ///< a letter; empty: none of the study's models
-  std::int64_t batch = 16;
+  std::int64_t batch = 8;
 };
 
 /// One performance as three leaky recordings, merged.
@@ -56,24 +65,35 @@ Transition merged(const Transition& one, const std::vector<std::string>& names, 
   return result;
 }
 
+/// Every so many rows, the last one among them.
+AuMatrix thinned(const AuMatrix& rows, Eigen::Index every) {
+  const Eigen::Index count = (rows.rows() + every - 1) / every;
+  AuMatrix result(count, rows.cols());
+  for (Eigen::Index back = 0; back < count; ++back)
+    result.row(count - 1 - back) = rows.row(rows.rows() - 1 - back * every);
+  return result;
+}
+
 /// Sequences of different lengths, padded with their last frame.
 struct Sequences {
-  torch::Tensor past, target, course, frames;  ///< S x 20 x A, S x A, S x longest x A, S
+  torch::Tensor past, target, course, frames;  ///< S x past x A, S x A, S x longest x A, S
 };
 
-Sequences sequences_of(const std::vector<Transition>& transitions) {
+Sequences sequences_of(const std::vector<Transition>& transitions, Eigen::Index every) {
   const auto count = static_cast<std::int64_t>(transitions.size());
   std::int64_t longest = 0, width = transitions.front().course.cols();
   for (const Transition& one : transitions) longest = std::max<std::int64_t>(longest, one.course.rows());
-  Sequences s{torch::zeros({count, kSeedPastFrames, width}), torch::zeros({count, width}),
-              torch::zeros({count, longest, width}), torch::zeros({count}, torch::kInt64)};
+  Sequences s{torch::zeros({count, (kSeedPastFrames + every - 1) / every, width}), torch::zeros({count, width}),
+              torch::zeros({count, (longest + every - 1) / every, width}), torch::zeros({count}, torch::kInt64)};
+  longest = s.course.size(1);
   for (std::int64_t i = 0; i < count; ++i) {
     const Transition& one = transitions[static_cast<std::size_t>(i)];
-    const auto copy = [](const AuMatrix& rows) {
+    const auto tensor_of = [&](const AuMatrix& all) {
+      const AuMatrix rows = thinned(all, every);
       return torch::from_blob(const_cast<float*>(rows.data()), {rows.rows(), rows.cols()}).clone();
     };
-    s.past[i] = copy(one.past);
-    const torch::Tensor course = copy(one.course);
+    s.past[i] = tensor_of(one.past);
+    const torch::Tensor course = tensor_of(one.course);
     s.course[i] = course[-1].unsqueeze(0).expand({longest, width});
     s.course[i].slice(0, 0, course.size(0)) = course;
     s.target[i] = course[-1];
@@ -116,7 +136,9 @@ void train_seed(SeedArguments arguments) {
       part.push_back(merged(one, corpus.names, degree, arguments.training.seed * 1000 + sibling++));
     }
   }
-  const Sequences sequences = sequences_of(training), held = sequences_of(test);
+  std::vector<Sequences> sequences;
+  for (const Pace& pace : kPaces) sequences.push_back(sequences_of(training, pace.every));
+  const Sequences held = sequences_of(test, 1);
   const auto aus = static_cast<std::int64_t>(corpus.names.size());
   SeedModule network(aus, SeedModuleOptions{arguments.cure == "initialiser", arguments.cure == "deep_decoder"});
   const double end_weight = arguments.cure == "weighted" ? kEndWeight : 1;
@@ -132,9 +154,13 @@ void train_seed(SeedArguments arguments) {
   arguments.training.what = fmt::format("batch {}", arguments.batch);
   train(
       *network, arguments.training,
-      [&](std::int64_t) {
-        const torch::Tensor chosen = torch::randperm(sequences.frames.size(0)).slice(0, 0, arguments.batch);
-        return sequence_loss(network, sequences, chosen, end_weight);
+      [&](std::int64_t step) {
+        const double share = static_cast<double>(step) / static_cast<double>(arguments.training.steps);
+        std::size_t pace = 0;
+        while (pace + 1 < kPaces.size() && kPaces[pace + 1].share <= share) ++pace;
+        const torch::Tensor chosen =
+            torch::randperm(static_cast<std::int64_t>(training.size())).slice(0, 0, arguments.batch);
+        return sequence_loss(network, sequences[pace], chosen, end_weight);
       },
       measure);
   finish_training(*network, arguments.training, measure,
@@ -149,10 +175,10 @@ void train_seed(SeedArguments arguments) {
 
 void add_seed_command(CLI::App& app) {
   auto arguments = std::make_shared<SeedArguments>();
-  arguments->training.steps = 400;
-  arguments->training.learning_rate = 2e-3;
+  arguments->training.steps = 500;
+  arguments->training.learning_rate = 4e-3;
   arguments->training.weight_decay = 0;
-  arguments->training.measure_every = 50;
+  arguments->training.measure_every = 100;
   CLI::App* command = app.add_subcommand("seed", "train seed 003's own network, or one of its cures");
   command->add_option("--cure", arguments->cure, "none, initialiser, weighted or deep_decoder")
       ->check(CLI::IsMember({"none", "initialiser", "weighted", "deep_decoder"}));
