@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <fmt/format.h>
 
 #include "capture/errors.h"
 #include "generate/transition_features.h"
@@ -35,6 +36,50 @@ std::array<float, kNoise> drawn_noise(std::uint64_t repetition) noexcept {
   return noise;
 }
 
+/// One of the networks that write a residual.
+class Member {
+ public:
+  Member(const WeightsReader& reader, const std::string& name) {
+    const std::int64_t encoder_units = reader.rows(name + "encoder.weight_hh_l0") / 4,
+                       units = reader.rows(name + "decoder.weight_hh_l0") / 4;
+    if (encoder_units < 1 || units < 1) throw UserError(reader.place, "has no encoder or decoder", "train it again");
+    encoder_ = reader.lstm<float>(name + "encoder", encoder_units, kTransitionPastWidth);
+    state_ = reader.dense<float>(name + "state", 2 * units, encoder_units + kTransitionFixedWidth);
+    decoder_ = reader.lstm<float>(name + "decoder", units, kStepWidth);
+    output_ = reader.dense<float>(name + "output", 1, units);
+    state_input_.resize(state_.inputs());
+    state_output_.setZero(2 * units);
+  }
+
+  /// Reads the AU's past.
+  void start(const TransitionFeatures& features, Eigen::Index au) noexcept {
+    encoder_.reset();
+    for (Eigen::Index i = 0; i < kTransitionPastSteps; ++i)
+      encoder_.process({features.past.row(au).data() + i * kTransitionPastWidth, kTransitionPastWidth});
+    std::copy(encoder_.hidden().begin(), encoder_.hidden().end(), state_input_.begin());
+    std::copy_n(features.fixed.row(au).data(), kTransitionFixedWidth,
+                state_input_.end() - static_cast<std::ptrdiff_t>(kTransitionFixedWidth));
+    state_.process(state_input_, {state_output_.data(), state_.outputs()});
+    apply_tanh(state_output_);
+    decoder_.reset();
+    decoder_.set_state({state_output_.data(), decoder_.units()},
+                       {state_output_.data() + decoder_.units(), decoder_.units()});
+  }
+  /// The next knot's coefficient.
+  float next(const Eigen::VectorXf& inputs) noexcept {
+    decoder_.process({inputs.data(), static_cast<std::size_t>(kStepWidth)});
+    float coefficient = 0;
+    output_.process(decoder_.hidden(), {&coefficient, 1});
+    return coefficient;
+  }
+
+ private:
+  Lstm<float> encoder_, decoder_;
+  Dense<float> state_, output_;
+  std::vector<float> state_input_;
+  Eigen::ArrayXf state_output_;
+};
+
 }  // namespace
 
 struct ExpressionGenerator::Network {
@@ -43,50 +88,37 @@ struct ExpressionGenerator::Network {
       throw UserError(place, "is a model '" + shown(file.require_metadata(place, "model")) + "'",
                       "give weights of expression_generator");
     const WeightsReader reader{file, place};
-    const std::int64_t encoder_units = reader.rows("encoder.weight_hh_l0") / 4,
-                       units = reader.rows("decoder.weight_hh_l0") / 4;
-    if (encoder_units < 1 || units < 1) throw UserError(place, "has no encoder or decoder", "train it again");
-    encoder = reader.lstm<float>("encoder", encoder_units, kTransitionPastWidth);
-    state = reader.dense<float>("state", 2 * units, encoder_units + kTransitionFixedWidth);
-    decoder = reader.lstm<float>("decoder", units, kStepWidth);
-    output = reader.dense<float>("output", 1, units);
+    while (reader.rows(member_name(members.size()) + "decoder.weight_hh_l0") > 0)
+      members.emplace_back(reader, member_name(members.size()));
+    if (members.empty()) throw UserError(place, "has no decoder", "train it again");
     duration_hidden = reader.dense<float>("duration_hidden", kDurationUnits, kTransitionWholeWidth);
     duration = reader.dense<float>("duration", 1, kDurationUnits);
-    state_input.resize(state.inputs());
-    state_output.setZero(2 * units);
     step.setZero(kStepWidth);
     coefficients.setZero(static_cast<Eigen::Index>(names.size()), kTransitionKnots);
   }
 
-  /// Coefficients of one AU's residual.
-  void run(Eigen::Index au, float seconds, const std::array<float, kNoise>& noise) {
-    encoder.reset();
-    for (Eigen::Index i = 0; i < kTransitionPastSteps; ++i)
-      encoder.process({features.past.row(au).data() + i * kTransitionPastWidth, kTransitionPastWidth});
-    std::copy(encoder.hidden().begin(), encoder.hidden().end(), state_input.begin());
-    std::copy_n(features.fixed.row(au).data(), kTransitionFixedWidth,
-                state_input.end() - static_cast<std::ptrdiff_t>(kTransitionFixedWidth));
-    state.process(state_input, {state_output.data(), state.outputs()});
-    apply_tanh(state_output);
-    decoder.reset();
-    decoder.set_state({state_output.data(), decoder.units()}, {state_output.data() + decoder.units(), decoder.units()});
+  /// Coefficients of one AU's residual: the members' mean, or one member's where the repetition is not the expected
+  /// one.
+  void run(Eigen::Index au, float seconds, std::uint64_t repetition, const std::array<float, kNoise>& noise) {
     step.head(kTransitionFixedWidth) = features.fixed.row(au).transpose();
     for (std::int64_t i = 0; i < kNoise; ++i) step(kTransitionFixedWidth + i) = noise[static_cast<std::size_t>(i)];
-    for (Eigen::Index knot = 0; knot < kTransitionKnots; ++knot) {
-      transition_step_inputs(knot, seconds, step.tail(kTransitionStepWidth));
-      decoder.process({step.data(), static_cast<std::size_t>(kStepWidth)});
-      float r = 0;
-      output.process(decoder.hidden(), {&r, 1});
-      coefficients(au, knot) = r;
+    const std::size_t first = repetition % members.size(), count = repetition == 0 ? members.size() : 1;
+    coefficients.row(au).setZero();
+    for (std::size_t i = first; i < first + count; ++i) {
+      members[i].start(features, au);
+      for (Eigen::Index knot = 0; knot < kTransitionKnots; ++knot) {
+        transition_step_inputs(knot, seconds, step.tail(kTransitionStepWidth));
+        coefficients(au, knot) += members[i].next(step) / static_cast<float>(count);
+      }
     }
   }
 
+  static std::string member_name(std::size_t member) { return fmt::format("member_{}.", member); }
+
   TransitionFeatureMaker maker;
-  Lstm<float> encoder, decoder;
-  Dense<float> state, output, duration_hidden, duration;
+  std::vector<Member> members;
+  Dense<float> duration_hidden, duration;
   TransitionFeatures features;
-  std::vector<float> state_input;
-  Eigen::ArrayXf state_output;
   Eigen::VectorXf step;
   AuMatrix coefficients;  ///< A x knots
 };
@@ -103,7 +135,7 @@ void ExpressionGenerator::generate(const TransitionRequest& request, AuMatrix& r
   const auto seconds = static_cast<float>(static_cast<double>(request.frames) / request.rate_hz);
   const std::array<float, kNoise> noise = drawn_noise(request.repetition);
   const auto aus = static_cast<Eigen::Index>(net.maker.size());
-  for (Eigen::Index au = 0; au < aus; ++au) net.run(au, seconds, noise);
+  for (Eigen::Index au = 0; au < aus; ++au) net.run(au, seconds, request.repetition, noise);
   result.resize(request.frames, aus);
   Eigen::VectorXf spline(kTransitionKnots);
   Eigen::RowVectorXf row(aus);

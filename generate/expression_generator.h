@@ -4,8 +4,9 @@
 //
 //   past -> LSTM (encoder) -> tanh(linear) -> state of an LSTM (decoder), which runs over the spline's knots -> r
 //
-// A repetition draws the decoder's noise input, the same for all AUs of the transition; repetition 0 has none: the
-// expected course. Holds scratch: one thread per object.
+// Several such members are trained alike but for what they begin with and are shown. Repetition 0 is the expected
+// course: their mean, without noise. Another repetition is one member's, with a drawn noise input of the decoder, the
+// same for all AUs of the transition. Holds scratch: one thread per object.
 #pragma once
 
 #include <memory>

@@ -14,25 +14,27 @@ namespace {
 constexpr double kPastStepS = 0.02;
 constexpr float kFadeS = 0.25F;           ///< tau
 constexpr float kLeastFadeS = 1.0F / 30;  ///< of acceleration and jerk
-constexpr float kMostVelocity = 12;       ///< per second; beyond, it is a defect
+constexpr float kMostVelocity = 24;       ///< per second; beyond, it is a defect
+constexpr float kMostWay = 0.5F;          ///< what a velocity may add; a lid that closes at 20/s is soon closed
 constexpr float kMostAdded = 0.05F;       ///< what acceleration and jerk each may add until they are faded
+constexpr float kFadedWay = 0.27F;        ///< the most of s w(s): what a velocity adds, in units of itself and tau
 constexpr float kShareOfLargest = 0.2F, kLeastScale = 0.02F;
 
 /// 1 to 0 with two zero derivatives at both ends.
 float fade(float s) noexcept { return s >= 1 ? 0 : 1 - minimum_jerk(s); }
 
-/// A derivative of the start, and how soon it is faded so that it adds at most kMostAdded until then.
+/// A derivative of the start, and how soon it is faded so that it adds at most `most_added` until then.
 struct FadedTerm {
   float value = 0, fade_s = 0;
 };
 
 /// `power`: that of the time, `divisor`: its factorial.
-FadedTerm faded_term(double derivative, int power, float divisor, float seconds) noexcept {
+FadedTerm faded_term(double derivative, int power, float divisor, float seconds, float most_added) noexcept {
   const float longest = std::min(seconds, kFadeS), shortest = std::min(seconds, kLeastFadeS);
-  const float most = kMostAdded * divisor / std::pow(shortest, static_cast<float>(power));
+  const float most = most_added * divisor / std::pow(shortest, static_cast<float>(power));
   const float value = std::clamp(static_cast<float>(derivative), -most, most);
   const float fade_s =
-      value == 0 ? longest : std::pow(kMostAdded * divisor / std::abs(value), 1 / static_cast<float>(power));
+      value == 0 ? longest : std::pow(most_added * divisor / std::abs(value), 1 / static_cast<float>(power));
   return {value, std::clamp(fade_s, shortest, longest)};
 }
 
@@ -63,13 +65,12 @@ void transition_step_inputs(Eigen::Index knot, float seconds, Eigen::Ref<Eigen::
 }
 
 void transition_base(const TransitionFeatures& features, float t_s, float seconds, Eigen::Ref<Eigen::RowVectorXf> row) {
-  const float tau = std::min(seconds, kFadeS);
-  const float share = minimum_jerk(std::min(t_s / seconds, 1.0F)), faded = fade(t_s / tau);
-  row = (features.start + share * features.change + faded * t_s * features.velocity_per_s).transpose();
+  row = (features.start + minimum_jerk(std::min(t_s / seconds, 1.0F)) * features.change).transpose();
   for (Eigen::Index k = 0; k < row.size(); ++k)
-    row(k) += t_s * t_s *
-              (features.acceleration_per_s2(k) / 2 * fade(t_s / features.acceleration_fade_s(k)) +
-               t_s * features.jerk_per_s3(k) / 6 * fade(t_s / features.jerk_fade_s(k)));
+    row(k) += t_s * features.velocity_per_s(k) * fade(t_s / features.velocity_fade_s(k)) +
+              t_s * t_s *
+                  (features.acceleration_per_s2(k) / 2 * fade(t_s / features.acceleration_fade_s(k)) +
+                   t_s * features.jerk_per_s3(k) / 6 * fade(t_s / features.jerk_fade_s(k)));
 }
 
 TransitionFeatureMaker::TransitionFeatureMaker(const std::vector<std::string>& names) : other_(other_sides(names)) {
@@ -96,14 +97,20 @@ void TransitionFeatureMaker::make(const TransitionRequest& request, TransitionFe
   features.start = request.past.row(request.past.rows() - 1).transpose();
   features.change = request.target - features.start;
   features.velocity_per_s.resize(width);
-  for (Eigen::VectorXf* one :
-       {&features.acceleration_per_s2, &features.acceleration_fade_s, &features.jerk_per_s3, &features.jerk_fade_s})
+  for (Eigen::VectorXf* one : {&features.velocity_fade_s, &features.acceleration_per_s2, &features.acceleration_fade_s,
+                               &features.jerk_per_s3, &features.jerk_fade_s})
     one->resize(width);
   for (Eigen::Index k = 0; k < width; ++k) {
     const EndMotion motion = end_motion(request.past, k, request.rate_hz);
     features.velocity_per_s(k) = std::clamp(static_cast<float>(motion.velocity_per_s), -kMostVelocity, kMostVelocity);
-    const FadedTerm acceleration = faded_term(motion.acceleration_per_s2, 2, 2, seconds),
-                    jerk = faded_term(motion.jerk_per_s3, 3, 6, seconds);
+    const float velocity = features.velocity_per_s(k);
+    features.velocity_fade_s(k) = std::min(tau, kMostWay / (kFadedWay * std::max(std::abs(velocity), 1e-6F)));
+    // What brakes may take off all that the velocity adds: a lid that closes is stopped within a few frames.
+    const bool brakes = motion.acceleration_per_s2 * double{velocity} < 0;
+    const float most_added =
+        brakes ? std::max(kMostAdded, kFadedWay * features.velocity_fade_s(k) * std::abs(velocity)) : kMostAdded;
+    const FadedTerm acceleration = faded_term(motion.acceleration_per_s2, 2, 2, seconds, most_added),
+                    jerk = faded_term(motion.jerk_per_s3, 3, 6, seconds, kMostAdded);
     features.acceleration_per_s2(k) = acceleration.value;
     features.acceleration_fade_s(k) = acceleration.fade_s;
     features.jerk_per_s3(k) = jerk.value;

@@ -5,10 +5,11 @@
 //   u = t / T                                                                                                     (1)
 //
 // x0, v0, a0, j0 are value, velocity, acceleration and jerk of the past at its last frame (generate/end_motion.h), d
-// the way to the target, m the minimum-jerk curve, w falls from 1 to 0 with two zero derivatives at both ends, tau =
-// min(T, 0.25 s); tau_a and tau_j are shorter where acceleration and jerk would add more than 0.05 until then, 1/30 s
-// at least. r is the network's: a cubic B-spline of kTransitionKnots coefficients. e = 64 u^3 (1 - u)^3 and its first
-// two derivatives are 0 at both ends, so x leaves x0 with v0 and a0 and reaches the target at rest, whatever r is.
+// the way to the target, m the minimum-jerk curve, w falls from 1 to 0 with two zero derivatives at both ends. tau =
+// min(T, 0.25 s), shorter where the velocity would add more than 0.5 until then; tau_a and tau_j likewise for 0.05,
+// 1/30 s at least, but an acceleration that brakes may take off all that the velocity adds. r is the network's: a cubic
+// B-spline of kTransitionKnots coefficients. e = 64 u^3 (1 - u)^3 and its first two derivatives are 0 at both ends, so
+// x leaves x0 with v0 and a0 and reaches the target at rest, whatever r is.
 #pragma once
 
 #include <Eigen/Core>
@@ -31,11 +32,11 @@ inline constexpr float kMostTransitionIntensity = 1.2F;
 /// Of one transition, a row per AU.
 struct TransitionFeatures {
   Eigen::VectorXf start, change, velocity_per_s, acceleration_per_s2, jerk_per_s3;
-  Eigen::VectorXf acceleration_fade_s, jerk_fade_s;  ///< tau_a, tau_j of (1)
-  Eigen::VectorXf scale;                             ///< s of (1), > 0
-  AuMatrix past;                                     ///< A x (steps x width), step after step
-  AuMatrix fixed;                                    ///< A x kTransitionFixedWidth
-  Eigen::VectorXf whole;                             ///< kTransitionWholeWidth; does not depend on the duration
+  Eigen::VectorXf velocity_fade_s, acceleration_fade_s, jerk_fade_s;  ///< tau, tau_a, tau_j of (1)
+  Eigen::VectorXf scale;                                              ///< s of (1), > 0
+  AuMatrix past;                                                      ///< A x (steps x width), step after step
+  AuMatrix fixed;                                                     ///< A x kTransitionFixedWidth
+  Eigen::VectorXf whole;  ///< kTransitionWholeWidth; does not depend on the duration
 };
 
 class TransitionFeatureMaker {

@@ -15,15 +15,15 @@ constexpr std::size_t kPool = 4000;
 constexpr std::int64_t kBatch = 16, kDraws = 2;
 constexpr int kIdleShare = 5;
 constexpr double kVarietyWeight = 0.2, kDurationWeight = 0.02;
+constexpr double kLeastPower = 1e-3;  ///< added to both; an AU at rest has no rhythm
 
 struct ExpressionArguments : TrainingArguments {
   double recorded_share = 0.5;
   ExpressionNetworkOptions network;
 };
 
-torch::Tensor curves(ExpressionNetwork& network, const TransitionTensors& data, const torch::Tensor& noise,
-                     const torch::Tensor& basis) {
-  return data.base + data.scale.unsqueeze(1) * network->forward(data, noise).matmul(basis);
+torch::Tensor curves(const TransitionTensors& data, const torch::Tensor& coefficients, const torch::Tensor& basis) {
+  return data.base + data.scale.unsqueeze(1) * coefficients.matmul(basis);
 }
 
 /// Mean over the course, summed over AUs: one number per transition.
@@ -32,36 +32,65 @@ torch::Tensor errors(const torch::Tensor& curve, const TransitionTensors& data) 
       .index_add(0, data.owner, (curve - data.course).square().mean(1) * data.weight);
 }
 
+/// Per row, how far the normalised power spectrum has to be carried (replay/evaluation/npss.h), as a share of its
+/// width.
+torch::Tensor carried_power(const torch::Tensor& curve, const torch::Tensor& truth) {
+  const auto cumulated = [](const torch::Tensor& x) {
+    const torch::Tensor power = torch::abs(torch::fft::fft(x)).square();
+    return (power / (power.sum(1, true) + kLeastPower * static_cast<double>(x.size(1)))).cumsum(1);
+  };
+  return (cumulated(curve) - cumulated(truth)).abs().mean(1);
+}
+
+/// As the bench's NPSS: weighed by power and length.
+double npss_of(const torch::Tensor& curve, const TransitionTensors& data) {
+  const torch::Tensor length = data.seconds.square(), weight = length * data.course.square().mean(1);
+  return ((carried_power(curve, data.course) * data.seconds * weight).sum() / weight.sum()).item<double>();
+}
+
 /// The expected course is the nearest on average; of several draws of the noise, one shall be near (Gupta et al. 2018,
 /// their variety loss).
-torch::Tensor batch_loss(ExpressionNetwork& network, const TransitionTensors& batch, const torch::Tensor& basis) {
+torch::Tensor member_loss(ExpressionMember& member, const TransitionTensors& batch, const torch::Tensor& basis) {
+  const auto error = [&](const torch::Tensor& noise) {
+    return errors(curves(batch, member->forward(batch, noise), basis), batch);
+  };
   const torch::Tensor none = torch::zeros({batch.transitions, kTransitionNoise});
-  torch::Tensor loss = errors(curves(network, batch, none, basis), batch).mean();
+  const torch::Tensor expected = error(none).mean();
   std::vector<torch::Tensor> drawn;
-  for (std::int64_t i = 0; i < kDraws; ++i)
-    drawn.push_back(errors(curves(network, batch, torch::randn_like(none), basis), batch));
-  loss = loss + kVarietyWeight * std::get<0>(torch::stack(drawn).min(0)).mean();
-  const torch::Tensor duration = network->expected_log_seconds(batch.whole) - batch.log_seconds;
-  return loss + kDurationWeight * duration.abs().mean();
+  for (std::int64_t i = 0; i < kDraws; ++i) drawn.push_back(error(torch::randn_like(none)));
+  return expected + kVarietyWeight * std::get<0>(torch::stack(drawn).min(0)).mean();
+}
+
+/// Each member has its own batch. The mean over members, so that figures of different numbers of them compare.
+torch::Tensor step_loss(ExpressionNetwork& network, const TransitionTensors& data, const torch::Tensor& basis) {
+  torch::Tensor loss = torch::zeros({});
+  for (ExpressionMember& member : network->members) {
+    const TransitionTensors batch =
+        data.of(std::get<0>(torch::_unique2(torch::randint(data.transitions, {kBatch}, torch::kInt64))));
+    const torch::Tensor duration = network->expected_log_seconds(batch.whole) - batch.log_seconds;
+    loss = loss + member_loss(member, batch, basis) + kDurationWeight * duration.abs().mean();
+  }
+  return loss / static_cast<double>(network->members.size());
 }
 
 /// Of held-out transitions, with the error of the better of straight line and minimum jerk.
 struct HeldOut {
   std::string name;
   TransitionTensors data;
-  double interpolation = 0;
+  double interpolation = 0, interpolation_npss = 0;
 };
 
 HeldOut held_out(std::string name, const std::vector<std::string>& names,
                  const std::vector<const Transition*>& chosen) {
-  HeldOut result{std::move(name), transition_tensors(names, chosen, kCorpusRateHz), 0};
+  HeldOut result{std::move(name), transition_tensors(names, chosen, kCorpusRateHz), 0, 0};
   const torch::Tensor u = torch::arange(1, kCourseSamples + 1) / static_cast<double>(kCourseSamples);
   const torch::Tensor from = result.data.fixed.select(1, 2).unsqueeze(1),
                       to = result.data.fixed.select(1, 3).unsqueeze(1);
-  const auto error = [&](const torch::Tensor& share) {
-    return errors(from + share * (to - from), result.data).mean().item<double>();
-  };
-  result.interpolation = std::min(error(u), error(u * u * u * (10 + u * (6 * u - 15))));
+  const torch::Tensor linear = from + u * (to - from),
+                      smooth = from + u * u * u * (10 + u * (6 * u - 15)) * (to - from);
+  const auto error = [&](const torch::Tensor& curve) { return errors(curve, result.data).mean().item<double>(); };
+  result.interpolation = std::min(error(linear), error(smooth));
+  result.interpolation_npss = std::min(npss_of(linear, result.data), npss_of(smooth, result.data));
   return result;
 }
 
@@ -87,44 +116,43 @@ void train_expression_generator(ExpressionArguments arguments) {
   const auto measure = [&] {
     Measurements measured;
     for (const HeldOut& one : held) {
-      const torch::Tensor none = torch::zeros({one.data.transitions, kTransitionNoise});
-      const torch::Tensor curve = curves(network, one.data, none, basis).clamp(0, kMostTransitionIntensity);
+      const torch::Tensor curve =
+          curves(one.data, network->forward(one.data), basis).clamp(0, kMostTransitionIntensity);
       measured.emplace_back(one.name + ": MSE to the better interpolation's",
                             errors(curve, one.data).mean().item<double>() / one.interpolation);
+      measured.emplace_back(one.name + ": NPSS to the better interpolation's",
+                            npss_of(curve, one.data) / one.interpolation_npss);
     }
     return measured;
   };
   arguments.training.name = "expression_generator";
   arguments.training.folder = arguments.out;
-  arguments.training.what = fmt::format("decoder {}, recorded share {}, {}", arguments.network.decoder_units,
-                                        arguments.recorded_share, arguments.recording);
+  arguments.training.what = fmt::format("{} members, decoder {}, recorded share {}, {}", arguments.network.members,
+                                        arguments.network.decoder_units, arguments.recorded_share, arguments.recording);
   train(
-      *network, arguments.training,
-      [&](std::int64_t) {
-        const torch::Tensor chosen =
-            std::get<0>(torch::_unique2(torch::randint(data.transitions, {kBatch}, torch::kInt64)));
-        return batch_loss(network, data.of(chosen), basis);
-      },
-      measure);
-  finish_training(*network, arguments.training, measure,
-                  {{"trained_on", recording ? kTrainingCredit : "synthetic performer of Risorius"},
-                   {"channels", "any: weights are shared by all AUs"},
-                   {"rate_hz", "any: the course is a spline over the way"},
-                   {"configuration",
-                    fmt::format("encoder {}, decoder {}, seed {}, {} steps", arguments.network.encoder_units,
-                                arguments.network.decoder_units, arguments.training.seed, arguments.training.steps)}});
+      *network, arguments.training, [&](std::int64_t) { return step_loss(network, data, basis); }, measure);
+  finish_training(
+      *network, arguments.training, measure,
+      {{"trained_on", recording ? kTrainingCredit : "synthetic performer of Risorius"},
+       {"channels", "any: weights are shared by all AUs"},
+       {"rate_hz", "any: the course is a spline over the way"},
+       {"configuration", fmt::format("{} members, encoder {}, decoder {}, seed {}, {} steps", arguments.network.members,
+                                     arguments.network.encoder_units, arguments.network.decoder_units,
+                                     arguments.training.seed, arguments.training.steps)}});
 }
 
 }  // namespace
 
 void add_expression_command(CLI::App& app) {
   auto arguments = std::make_shared<ExpressionArguments>();
-  arguments->training.steps = 1500;
+  arguments->training.steps = 500;
   arguments->training.learning_rate = 3e-3;
   CLI::App* command = app.add_subcommand("expression-generator", "train the default Expression-Generator");
   add_recording_option(*command, *arguments);
   add_training_options(*command, *arguments);
   command->add_option("--recorded-share", arguments->recorded_share, "of the pool")->check(CLI::Range(0.0, 1.0));
+  command->add_option("--members", arguments->network.members, "networks whose mean is the expected course")
+      ->check(CLI::Range(1, 64));
   command->add_option("--units", arguments->network.decoder_units, "of the decoder")->check(CLI::Range(1, 1024));
   command->callback([arguments] { train_expression_generator(*arguments); });
 }

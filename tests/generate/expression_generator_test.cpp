@@ -15,13 +15,17 @@ namespace {
 const std::vector<std::string> kNames{"AU1", "AU12L", "AU12R", "AU27", "AU45L", "mouthLeft"};
 
 /// Untrained weights: what holds for them holds whatever was learnt.
+void add_member(Safetensors& file, const std::string& name, float reach) {
+  test::add_lstm(file, name + "encoder", 8, kTransitionPastWidth, reach);
+  test::add_dense(file, name + "state", 2 * 16, 8 + kTransitionFixedWidth, reach);
+  test::add_lstm(file, name + "decoder", 16, kTransitionFixedWidth + kTransitionStepWidth + 4, reach);
+  test::add_dense(file, name + "output", 1, 16, reach);
+}
 Safetensors wild_weights(float reach = 0.6F) {
   Safetensors file;
   file.metadata["model"] = "expression_generator";
-  test::add_lstm(file, "encoder", 8, kTransitionPastWidth, reach);
-  test::add_dense(file, "state", 2 * 16, 8 + kTransitionFixedWidth, reach);
-  test::add_lstm(file, "decoder", 16, kTransitionFixedWidth + kTransitionStepWidth + 4, reach);
-  test::add_dense(file, "output", 1, 16, reach);
+  add_member(file, "member_0.", reach);
+  add_member(file, "member_1.", reach);
   test::add_dense(file, "duration_hidden", 16, kTransitionWholeWidth, reach);
   test::add_dense(file, "duration", 1, 16, reach);
   return file;
@@ -97,6 +101,26 @@ TEST(ExpressionGenerator, TheSameRequestGivesTheSameBitsAndRepetitionsDiffer) {
   EXPECT_NE(second, third);
 }
 
+TEST(ExpressionGenerator, TheExpectedCourseIsTheMeanOfItsMembers) {
+  const Safetensors both = wild_weights();
+  const auto only = [&](const std::string& kept) {
+    Safetensors file = both;
+    std::erase_if(file.tensors, [](const auto& item) { return item.first.starts_with("member_"); });
+    for (const auto& [name, tensor] : both.tensors)
+      if (name.starts_with(kept)) file.tensors["member_0." + name.substr(kept.size())] = tensor;
+    return file;
+  };
+  // A short way from values well inside the bounds, so that nothing is cut.
+  TransitionRequest request = request_of(100, 0);
+  request.target = request.past.row(19).transpose().array() + 0.02F;
+  AuMatrix mean, first, second;
+  ExpressionGenerator(both, "test", kNames).generate(request, mean);
+  ExpressionGenerator(only("member_0."), "test", kNames).generate(request, first);
+  ExpressionGenerator(only("member_1."), "test", kNames).generate(request, second);
+  EXPECT_GT((first - second).cwiseAbs().maxCoeff(), 1e-3F);
+  EXPECT_LT((mean - 0.5F * (first + second)).cwiseAbs().maxCoeff(), 1e-6F);
+}
+
 TEST(ExpressionGenerator, OneRowOfPastSuffices) {
   ExpressionGenerator generator(wild_weights(), "test", kNames);
   TransitionRequest request = request_of(60);
@@ -151,10 +175,10 @@ TEST(ExpressionGenerator, RefusesWhatDoesNotFit) {
   other.metadata["model"] = "continuation";
   EXPECT_THROW(ExpressionGenerator(other, "test", kNames), UserError);
   other = wild_weights();
-  other.tensors.erase("output.bias");
+  other.tensors.erase("member_0.output.bias");
   EXPECT_THROW(ExpressionGenerator(other, "test", kNames), UserError);
   other = wild_weights();
-  test::add_tensor(other, "state.weight", {3, 3}, 1);
+  test::add_tensor(other, "member_1.state.weight", {3, 3}, 1);
   EXPECT_THROW(ExpressionGenerator(other, "test", kNames), UserError);
 }
 

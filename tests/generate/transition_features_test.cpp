@@ -1,5 +1,6 @@
 #include "generate/transition_features.h"
 
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <random>
@@ -45,6 +46,35 @@ TEST(TransitionFeatures, NoiseOfARestingFaceIsNotTakenForMotion) {
   }
   // By the parabola through three frames alone it would be 0.004 * 120 * sqrt(6.5) = 1.2 per second.
   EXPECT_LT(std::sqrt(squares / kFaces), 0.75);
+}
+
+/// What the start's motion adds to the way.
+float most_added(const TransitionFeatures& features, float seconds = 1) {
+  Eigen::RowVectorXf row(1);
+  float most = 0;
+  for (float t = 0; t < seconds; t += 0.002F) {
+    transition_base(features, t, seconds, row);
+    most = std::max(most, std::abs(row(0) - features.start(0) - minimum_jerk(t / seconds) * features.change(0)));
+  }
+  return most;
+}
+
+TEST(TransitionFeatures, AFastLidGoesOnAtItsPaceButNotFar) {
+  // 20 per second: a blink closes in 50 ms.
+  const TransitionFeatures features = features_of([](double t) { return std::max(0.0, 0.6 + 20 * t); });
+  EXPECT_NEAR(features.velocity_per_s(0), 20, 0.5);
+  EXPECT_LT(most_added(features), 0.5 + 2 * 0.05) << "velocity, acceleration, jerk";
+}
+
+TEST(TransitionFeatures, WhatBrakesIsNotCutAsWhatDrivesIs) {
+  // Stopped within 1/30 s; what it has covered till then, 0.17, is more than an acceleration may add.
+  const double velocity = 10, braking = -300;
+  const auto course = [&](double t) { return 0.8 + velocity * t + braking / 2 * t * t; };
+  const TransitionFeatures brakes = features_of([&](double t) { return std::max(0.0, course(t)); });
+  EXPECT_NEAR(brakes.acceleration_per_s2(0), braking, 0.02 * -braking);
+  const TransitionFeatures drives = features_of([&](double t) { return 0.2 + velocity * t - braking / 2 * t * t; });
+  EXPECT_LT(drives.acceleration_per_s2(0), 0.5 * -braking);
+  EXPECT_LT(most_added(drives), 0.5 + 2 * 0.05);
 }
 
 TEST(TransitionFeatures, AShortPastGivesWhatItCan) {
