@@ -99,15 +99,18 @@ std::string trained_generator(const TrainingOptions& options, const TransitionCo
   const std::vector<const Transition*> chosen = part_of(corpus, CorpusPart::kTrain);
   const TransitionTensors data = transition_tensors(corpus.names, chosen, corpus.rate_hz, 5);
   torch::manual_seed(options.seed);
-  ExpressionNetwork network(ExpressionNetworkOptions{4, 4});
+  ExpressionNetwork network(ExpressionNetworkOptions{2, 4, 4});
   const torch::Tensor basis = residual_basis().t().contiguous();
   train(
       *network, options,
       [&](std::int64_t) {
         const torch::Tensor noise = torch::randn({data.transitions, kTransitionNoise});
-        return (network->forward(data, noise).matmul(basis) * data.scale.unsqueeze(1) + data.base - data.course)
-            .square()
-            .mean();
+        torch::Tensor loss = torch::zeros({});
+        for (ExpressionMember& member : network->members) {
+          const torch::Tensor residual = member->forward(data, noise).matmul(basis) * data.scale.unsqueeze(1);
+          loss = loss + (data.base + residual - data.course).square().mean();
+        }
+        return loss;
       },
       [] {
         return Measurements{{"none", 0.0}};
