@@ -51,15 +51,17 @@ void print_group(const std::string& name, const std::vector<ModelResult>& result
   const TransitionSummary first = summary_of(results.front().made, holds);
   if (first.count == 0) return;
   fmt::print("\n{}: {} transitions (truth's own jump {:.2f} %)\n", name, first.count, first.truth_jump_percent);
-  fmt::print("{:<16}{:>10}{:>9}{:>9}{:>8}{:>8}{:>8}{:>9}{:>9}{:>8}{:>8}{:>8}{:>8}{:>9}\n", "", "MSE x1e4", "MAE x1e3",
-             "NPSS", "value", "veloc.", "accel.", "jump %", "most %", "end %", "step %", "react.%", "consp.%",
-             "nearest");
+  std::size_t width = 0;
+  for (const ModelResult& result : results) width = std::max(width, result.name.size());
+  fmt::print("{:<{}}{:>10}{:>9}{:>9}{:>8}{:>8}{:>8}{:>9}{:>9}{:>8}{:>8}{:>8}{:>8}{:>9}\n", "", width, "MSE x1e4",
+             "MAE x1e3", "NPSS", "value", "veloc.", "accel.", "jump %", "most %", "end %", "step %", "react.%",
+             "consp.%", "nearest");
   for (const ModelResult& result : results) {
     const TransitionSummary s = summary_of(result.made, holds);
     fmt::print(
-        "{:<16}{:>10.3f}{:>9.3f}{:>9.4f}{:>8.2f}{:>8.2f}{:>8.2f}{:>9.2f}{:>9.2f}{:>8.2f}{:>8.2f}{:>8.2f}{:>8.1f}{:>9."
+        "{:<{}}{:>10.3f}{:>9.3f}{:>9.4f}{:>8.2f}{:>8.2f}{:>8.2f}{:>9.2f}{:>9.2f}{:>8.2f}{:>8.2f}{:>8.2f}{:>8.1f}{:>9."
         "4f}\n",
-        result.name, 1e4 * s.mse, 1e3 * s.mae, s.npss, s.value_ratio, s.velocity_ratio, s.acceleration_ratio,
+        result.name, width, 1e4 * s.mse, 1e3 * s.mae, s.npss, s.value_ratio, s.velocity_ratio, s.acceleration_ratio,
         s.mean_jump_percent, s.largest_jump_percent, s.end_error_percent, s.end_step_percent, s.reactivation_percent,
         s.conspicuous_percent, s.nearest_rms);
   }
