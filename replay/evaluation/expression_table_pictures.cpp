@@ -81,7 +81,7 @@ PictureTable rating_table(const ScoredModel& model, bool of_seen) {
 PictureTable summary_table(std::span<const ScoredModel> models, bool of_seen) {
   PictureTable table{
       .title = of_seen ? "performances that the default was trained on" : "performances never trained on",
-      .columns = {{"", 170, TextAnchor::kLeft}}};
+      .columns = {{"", 210, TextAnchor::kLeft}}};
   for (const char* head : {"transitions", "mean E", "of bold pairs", "mean jump, %", "of bold pairs", "largest jump, %",
                            "+", "o", "\u2212"})
     table.columns.push_back({head, 52});
