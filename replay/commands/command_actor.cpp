@@ -52,6 +52,7 @@ void add_neutral(const ActorArguments& arguments) {
   save_actor(actor, arguments.folder);
   fmt::print("neutral {}: markers moved by {:.2f} mm rms against the last one, most {} by {:.2f} mm\n", chosen.place,
              renewed.moved_rms_mm, renewed.moved_most_marker, renewed.moved_most_mm);
+  if (const std::string doubt = doubt_of(renewed); !doubt.empty()) fmt::print(stderr, "warning: {}\n", doubt);
 }
 
 void list(const ActorArguments& arguments) {

@@ -41,6 +41,7 @@ struct DatasetArguments {
 
 /// How far a marker may rest from the rig's neutral where that is free, per axis.
 constexpr double kFreeNeutralMm = 1;
+constexpr double kLeastForNeutral_s = 5;
 
 /// One take on its way into the dataset.
 struct TakeJob {
@@ -165,6 +166,24 @@ std::string most_active(const TakeDataset& dataset) {
   return text.empty() ? "none" : text;
 }
 
+/// What a take cannot tell of its rest: it was too short for the face to come back to it, or the rig's is another face.
+void doubt_free_neutral(const TakeDataset& d, const Rig& given) {
+  const double moved_mm = std::sqrt((d.rig().neutral_mm - given.neutral_mm).colwise().squaredNorm().mean());
+  if (moved_mm > kDoubtedShiftMm) {
+    fmt::print(stderr,
+               "{}: warning: the neutral found is {:.1f} mm rms from the rig's, which is more than it can mend: give "
+               "the session's with --neutral\n",
+               d.folder().filename().string(), moved_mm);
+  }
+  const double seconds = static_cast<double>(d.frame_count()) / std::max(1e-9, d.rate_hz());
+  if (seconds < kLeastForNeutral_s) {
+    fmt::print(
+        stderr,
+        "{}: warning: {:.1f} s are hardly enough to find a neutral: what is there all the time is taken for it\n",
+        d.folder().filename().string(), seconds);
+  }
+}
+
 void print_summary(const std::vector<TakeJob>& jobs, const Rig& given) {
   fmt::print("{:<18} {:>7} {:>7}  {:>22}  {:>9} {:>8}\n", "take", "frames", "filled", "marker energy explained",
              "residual", "max KKT");
@@ -177,10 +196,11 @@ void print_summary(const std::vector<TakeJob>& jobs, const Rig& given) {
         100 * static_cast<double>(d.filled_count()) / static_cast<double>(std::max<std::uint64_t>(1, d.sample_count())),
         100 * d.energy().explained_by_head(), 100 * d.energy().explained_with_aus(), d.energy().residual_rms_mm(),
         d.largest_kkt_residual());
-    fmt::print("  AUs explain {:.1f} % of what the head leaves; {} episodes, longest: {}\n",
+    fmt::print("  AUs explain {:.1f} % of what the head leaves; {} episodes, most time in {}\n",
                100 * d.energy().face_explained_by_aus(), d.episodes().size(), most_active(d));
     if (const std::string& source = d.rig().source; source != given.source) {
       fmt::print("  {}\n", source.substr(given.source.size() + 2));  // after "; "
+      doubt_free_neutral(d, given);
     }
   }
 }
@@ -259,6 +279,7 @@ Rig rig_of(const DatasetArguments& arguments) {
   const RenewedRig renewed = with_neutral_of_argument(rig, arguments.neutral, arguments.take.options());
   fmt::print("neutral {}: markers are {:.2f} mm rms from the rig's, most {} by {:.2f} mm\n", renewed.place,
              renewed.moved_rms_mm, renewed.moved_most_marker, renewed.moved_most_mm);
+  if (const std::string doubt = doubt_of(renewed); !doubt.empty()) fmt::print(stderr, "warning: {}\n", doubt);
   return renewed.rig;
 }
 

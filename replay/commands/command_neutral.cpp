@@ -24,9 +24,10 @@ struct NeutralArguments {
 constexpr Colour kInk{0.15, 0.15, 0.18}, kDot{0.0, 0.45, 0.70}, kOther{0.84, 0.37, 0.0, 0.45};
 constexpr int kPanel = 320, kHead = 46;
 
-/// The middle frame of each candidate from the front; the best one's dots behind the others.
-void draw(const std::vector<MarkerFrame>& frames, const std::vector<NeutralCandidate>& found, const std::string& title,
-          const std::filesystem::path& path) {
+/// `begin`: the frame of the whole take that the first of `frames` is. The middle frame of each candidate from the
+/// front; the best one's dots behind the others.
+void draw(const std::vector<MarkerFrame>& frames, std::uint64_t begin, const std::vector<NeutralCandidate>& found,
+          const std::string& title, const std::filesystem::path& path) {
   Canvas canvas(kPanel * static_cast<int>(found.size()), kPanel + kHead);
   canvas.text({10, 18}, title, 14, kInk);
   const auto draw_face = [&](std::size_t panel, const NeutralCandidate& candidate, Colour colour, double radius) {
@@ -53,7 +54,8 @@ void draw(const std::vector<MarkerFrame>& frames, const std::vector<NeutralCandi
     if (k > 0) draw_face(k, found.front(), kOther, 5);
     draw_face(k, found[k], kDot, 3);
     canvas.text({kPanel * static_cast<double>(k) + 10, 38},
-                fmt::format("{}-{}  score {:.2f}", found[k].first, found[k].last, found[k].score), 12, kInk);
+                fmt::format("{}-{}  score {:.2f}", begin + found[k].first, begin + found[k].last, found[k].score), 12,
+                kInk);
   }
   canvas.save_png(path);
 }
@@ -64,6 +66,9 @@ void find(const NeutralArguments& arguments) {
   print_warnings(*take);
   const std::vector<MarkerFrame> frames = read_despiked(*take, {});
   const auto found = neutral_candidates(frames);
+  const bool is_builtin = path_of_take(arguments.take_name) == "builtin";
+  const std::uint64_t begin = is_builtin ? 0 : parse_take_range(arguments.take_name).first.value_or(0);
+  const std::string name = is_builtin ? arguments.take_name : path_of_take(arguments.take_name).string();
   if (found.empty()) {
     throw UserError(arguments.take_name, "no stretch in which the face may be at rest was found",
                     "are most markers visible for half a second anywhere?");
@@ -71,13 +76,14 @@ void find(const NeutralArguments& arguments) {
   fmt::print("{:>15} {:>8} {:>9} {:>10} {:>9} {:>6}\n", "frames", "seconds", "motion", "asymmetry", "of time", "score");
   for (const NeutralCandidate& candidate : found) {
     fmt::print("{:>15} {:>8.2f} {:>6.2f} mm {:>7.2f} mm {:>7.0f} % {:>6.2f}\n",
-               fmt::format("{}-{}", candidate.first, candidate.last), candidate.seconds, candidate.motion_mm,
-               candidate.asymmetry_mm, 100 * candidate.frequency, candidate.score);
+               fmt::format("{}-{}", begin + candidate.first, begin + candidate.last), candidate.seconds,
+               candidate.motion_mm, candidate.asymmetry_mm, 100 * candidate.frequency, candidate.score);
   }
   fmt::print("look at them; then: risorius rig fit --neutral {}:{}-{} ... (or --neutral {}:auto, the first of them)\n",
-             arguments.take_name, found.front().first, found.front().last, arguments.take_name);
+             name, begin + found.front().first, begin + found.front().last, arguments.take_name);
   if (arguments.output.empty()) return;
-  draw(frames, found, "Stretches that may be neutral (orange: the first of them, for comparison)", arguments.output);
+  draw(frames, begin, found, "Stretches that may be neutral (orange: the first of them, for comparison)",
+       arguments.output);
   fmt::print("written: {}\n", arguments.output);
 }
 

@@ -37,6 +37,9 @@ void print_prompts(const Rig& rig) {
 
 void check(const RomArguments& arguments) {
   if (!arguments.live.endpoint.empty()) {
+    if (!arguments.rig.empty()) {
+      throw UserError("--rig " + arguments.rig, "the daemon has its own", "leave it out with --connect");
+    }
     if (!arguments.take_name.empty()) {
       throw UserError("--connect and " + arguments.take_name, "a take and a running daemon at once", "choose one");
     }

@@ -21,12 +21,27 @@ bool are_one_file(const std::filesystem::path& a, const std::filesystem::path& b
   return whole_a == whole_b;
 }
 
+/// Before the work, not after it.
+void check_can_be_written(const std::filesystem::path& path) {
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error))
+    throw UserError(path.string(), "is a folder", "give the name of a file");
+  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
+  if (!std::filesystem::is_directory(folder, error))
+    throw UserError(path.string(), "cannot be written: there is no folder " + folder.string(),
+                    "make it, or choose another");
+  if (::access(folder.c_str(), W_OK | X_OK) != 0)
+    throw UserError(path.string(), "cannot be written: " + std::generic_category().message(errno),
+                    "choose a folder that you may write into");
+}
+
 }  // namespace
 
 void check_outputs(const std::vector<std::filesystem::path>& inputs,
                    const std::vector<std::filesystem::path>& outputs) {
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     if (outputs[i].empty()) continue;
+    check_can_be_written(outputs[i]);
     for (const auto& input : inputs) {
       if (input.empty() || !are_one_file(input, outputs[i])) continue;
       throw UserError(outputs[i].string(), "is to be read and to be written", "give the output another name");
@@ -44,15 +59,7 @@ void check_output_name(const std::filesystem::path& path, const std::string& wha
   if (path.empty()) throw UserError("--output", "is empty", remedy);
   if (std::ranges::find(endings, path.extension().string()) == endings.end())
     throw UserError(path.string(), what + " cannot be written in this form", remedy);
-  std::error_code error;
-  if (std::filesystem::is_directory(path, error)) throw UserError(path.string(), "is a folder", remedy);
-  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
-  if (!std::filesystem::is_directory(folder, error))
-    throw UserError(path.string(), "cannot be written: there is no folder " + folder.string(),
-                    "make it, or choose another");
-  if (::access(folder.c_str(), W_OK | X_OK) != 0)
-    throw UserError(path.string(), "cannot be written: " + std::generic_category().message(errno),
-                    "choose a folder that you may write into");
+  check_can_be_written(path);
 }
 
 void check_not_sealed(const std::filesystem::path& folder) {

@@ -7,10 +7,12 @@
 #include <cstdio>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <limits>
 #include <optional>
 #include <unistd.h>
 
 #include "capture/errors.h"
+#include "capture/frames.h"
 #include "capture/monotonic_clock.h"
 #include "replay/atomic_file.h"
 #include "replay/commands/number_check.h"
@@ -28,28 +30,33 @@ volatile std::sig_atomic_t interrupted = 0;
 
 constexpr std::chrono::milliseconds kWait{100};
 constexpr int kBarWidth = 24;
+constexpr double kNotObserved = std::numeric_limits<double>::quiet_NaN();
 
 /// AU frames of one stream of a running daemon, as poses see them.
 class AuStream {
  public:
-  AuStream(const RomLiveArguments& arguments)
+  explicit AuStream(const RomLiveArguments& arguments)
       : endpoint_(arguments.endpoint),
         stream_(arguments.stream),
         silence_s_(arguments.seconds),
         subscriber_(endpoint_, arguments.curve.client()) {}
 
-  /// Waits for frames and hands them to `sink` until it returns false, the face is silent for too long, or Ctrl-C.
+  /// Hands frames with a face to `sink` until it returns false, or an interrupt. Throws UserError where none comes for
+  /// as long as a pose may take.
   template <typename Sink>
   void follow(const Sink& sink) {
     bool goes_on = true;
-    std::int64_t heard_ns = monotonic_now_ns();
+    std::int64_t used_ns = monotonic_now_ns();
+    others_ = malformed_ = 0;
     while (goes_on && interrupted == 0) {
       subscriber_.receive_for(kWait, [&](const std::string& topic, const nlohmann::json& message) {
-        if (!goes_on || topic != "au" || !is_ours(message)) return;
-        heard_ns = monotonic_now_ns();
-        if (auto frame = frame_of(message)) goes_on = sink(*frame);
+        if (!goes_on || topic != "au") return;
+        auto frame = try_read(message);
+        if (!frame) return;
+        used_ns = monotonic_now_ns();
+        goes_on = sink(*frame);
       });
-      if (static_cast<double>(monotonic_now_ns() - heard_ns) > 1e9 * silence_s_) refuse_silence();
+      if (goes_on && static_cast<double>(monotonic_now_ns() - used_ns) > 1e9 * silence_s_) refuse_silence();
     }
   }
 
@@ -61,41 +68,71 @@ class AuStream {
   }
 
  private:
-  bool is_ours(const nlohmann::json& message) {
-    const auto stream = message.at("stream").get<std::string>();
-    if (stream_.empty()) stream_ = stream;
-    return stream == stream_;
+  /// Nothing for other streams, predicted frames, frames without a face, and what is no AU message at all.
+  std::optional<PoseFrame> try_read(const nlohmann::json& message) {
+    try {
+      const auto stream = message.at("stream").get<std::string>();
+      if (!stream_.empty() && stream != stream_) return std::nullopt;
+      if (message.at("kind").get<std::string>() == "predicted") return std::nullopt;
+      auto frame = frame_of(message.at("au"), message.at("capture_time_ns"));
+      if (!frame) ++others_;
+      if (frame) stream_ = stream;
+      return frame;
+    } catch (const nlohmann::json::exception&) {
+      ++malformed_;
+      return std::nullopt;
+    }
   }
 
-  /// Nothing where no face was solved, or where the AUs are others than at first.
-  std::optional<PoseFrame> frame_of(const nlohmann::json& message) {
-    if (message.at("kind") == "predicted") return std::nullopt;
-    const auto& values = message.at("au");
-    const auto time_ns = message.at("capture_time_ns").get<std::int64_t>();
+  std::optional<PoseFrame> frame_of(const nlohmann::json& values, const nlohmann::json& capture_time) {
+    if (!values.is_object() || !capture_time.is_number_integer()) throw_malformed(values);
+    std::vector<std::string> names;
+    bool any = false;
+    for (const auto& [name, value] : values.items()) {
+      names.push_back(name);
+      any = any || (value.is_number() && std::isfinite(value.get<double>()));
+    }
+    if (!any) return std::nullopt;
+    std::ranges::stable_sort(names, {}, [](const std::string& name) {  // JSON sorts AU10 before AU2
+      const auto au = parse_au_name(name);
+      return au ? std::pair(au->number, static_cast<int>(au->side)) : std::pair(100, 0);
+    });
+    const auto time_ns = capture_time.get<std::int64_t>();
     if (aus_.empty()) {
-      for (const auto& [name, value] : values.items()) aus_.push_back(name);
-      std::ranges::stable_sort(aus_, {}, [](const std::string& name) {  // JSON sorts AU10 before AU2
-        const auto au = parse_au_name(name);
-        return au ? std::pair(au->number, static_cast<int>(au->side)) : std::pair(100, 0);
-      });
+      aus_ = names;
       begin_ns_ = time_ns;
     }
-    PoseFrame frame{static_cast<double>(time_ns - begin_ns_) * 1e-9,
-                    Eigen::VectorXd::Zero(static_cast<Eigen::Index>(aus_.size()))};
-    bool any = false;
-    for (std::size_t i = 0; i < aus_.size(); ++i) {
-      const auto found = values.find(aus_[i]);
-      if (found == values.end() || !found->is_number()) continue;
-      frame.x[static_cast<Eigen::Index>(i)] = found->get<double>();
-      any = true;
+    if (names != aus_) {
+      throw UserError(endpoint_,
+                      fmt::format("the AUs of {} are others now ({} were, {} are)", stream_, aus_.size(), names.size()),
+                      "begin again: the rig was changed");
     }
-    return any ? std::optional(frame) : std::nullopt;
+    PoseFrame frame{static_cast<double>(difference_ns(time_ns, begin_ns_)) * 1e-9,
+                    Eigen::VectorXd::Constant(static_cast<Eigen::Index>(aus_.size()), kNotObserved)};
+    for (std::size_t i = 0; i < aus_.size(); ++i) {
+      const auto& value = values.at(aus_[i]);
+      if (value.is_number() && std::isfinite(value.get<double>())) {
+        frame.x[static_cast<Eigen::Index>(i)] = value.get<double>();
+      }
+    }
+    return frame;
+  }
+
+  [[noreturn]] static void throw_malformed(const nlohmann::json& values) {
+    throw nlohmann::json::type_error::create(302, "no AU message", &values);
   }
 
   [[noreturn]] void refuse_silence() {
     if (const auto refusal = subscriber_.refusal(); !refusal.empty()) throw UserError(endpoint_, refusal, kCurveRemedy);
+    const std::string of_stream = stream_.empty() ? "" : " of " + stream_;
+    malformed_ += subscriber_.malformed();
+    if (others_ > 0) {
+      throw UserError(endpoint_, fmt::format("frames{} come, but none has had a face for {} s", of_stream, silence_s_),
+                      "are the markers seen, and is the rig this actor's? risorius watch shows the stream's state");
+    }
     throw UserError(endpoint_,
-                    fmt::format("no AU frames{} for {} s", stream_.empty() ? "" : " of " + stream_, silence_s_),
+                    fmt::format("no AU frames{} for {} s{}", of_stream, silence_s_,
+                                malformed_ > 0 ? fmt::format(", but {} messages that are none", malformed_) : ""),
                     "start risoriusd and its tracker, or give its [output] publish address with --connect and the "
                     "source's name with --stream");
   }
@@ -105,6 +142,7 @@ class AuStream {
   DaemonSubscriber subscriber_;
   std::vector<std::string> aus_;
   std::int64_t begin_ns_ = 0;
+  std::uint64_t others_ = 0, malformed_ = 0;  ///< messages since the last frame that was used
 };
 
 std::vector<PromptedPose> poses_of(const RomLiveArguments& arguments, const AuStream& stream) {
@@ -114,6 +152,11 @@ std::vector<PromptedPose> poses_of(const RomLiveArguments& arguments, const AuSt
   for (const PromptedPose& pose : all) names.push_back(pose.name);
   for (const std::string& name : arguments.only) {
     const auto found = std::ranges::find(all, name, &PromptedPose::name);
+    const auto column = std::ranges::find(stream.aus(), name);
+    if (found == all.end() && column != stream.aus().end()) {  // one side alone
+      chosen.push_back({name, {static_cast<std::size_t>(column - stream.aus().begin())}});
+      continue;
+    }
     if (found == all.end()) {
       throw UserError("--pose " + name, fmt::format("stream {} has no such pose", stream.name()),
                       fmt::format("choose of {}", fmt::join(names, " ")));
@@ -127,7 +170,7 @@ std::vector<PromptedPose> poses_of(const RomLiveArguments& arguments, const AuSt
 void draw_bars(const AuStream& stream, const PromptedPose& pose, const PoseFrame& frame) {
   fmt::print("\r    ");
   for (const std::size_t au : pose.aus) {
-    const double x = frame.x[static_cast<Eigen::Index>(au)];
+    const double seen = frame.x[static_cast<Eigen::Index>(au)], x = std::isfinite(seen) ? seen : 0;
     const auto filled = static_cast<std::size_t>(std::clamp(x / 1.2, 0.0, 1.0) * kBarWidth + 0.5);
     fmt::print("{:<6}{}{} {:4.2f}  ", stream.aus()[au], std::string(filled, '#'), std::string(kBarWidth - filled, '.'),
                x);
@@ -135,8 +178,10 @@ void draw_bars(const AuStream& stream, const PromptedPose& pose, const PoseFrame
   std::fflush(stdout);
 }
 
-PoseWatch watch_pose(AuStream& stream, const PromptedPose& pose, double seconds) {
-  PoseWatch watch(stream.aus(), pose, {.longest_s = seconds});
+PoseWatch watch_pose(AuStream& stream, const PromptedPose& pose, const RomLiveArguments& arguments) {
+  PoseWatch watch(stream.aus(), pose, {.least_peak = arguments.least_peak, .longest_s = arguments.seconds});
+  // By the clock, too: a tracker may send one capture time again and again.
+  const std::int64_t end_ns = monotonic_now_ns() + static_cast<std::int64_t>(1e9 * arguments.seconds);
   const bool is_terminal = isatty(STDOUT_FILENO) == 1;
   std::int64_t drawn_ns = 0;
   stream.follow([&](PoseFrame& frame) {
@@ -144,47 +189,73 @@ PoseWatch watch_pose(AuStream& stream, const PromptedPose& pose, double seconds)
       draw_bars(stream, pose, frame);
       drawn_ns = monotonic_now_ns();
     }
-    return watch.add(std::move(frame)) == PoseWatch::State::kWaiting;
+    return watch.add(std::move(frame)) == PoseWatch::State::kWaiting && monotonic_now_ns() < end_ns;
   });
   if (is_terminal) fmt::print("\r\x1b[K");
   return watch;
 }
 
-void append_row(std::string& text, const AuStream& stream, const PromptedPose& pose, const PoseWatch& watch,
-                const PoseCheck& check) {
-  append_text(text, pose.name);
-  text += ',';
-  append_text(text, check.au);
-  text += ',';
-  append_number(text, check.peak);
-  const double begin_s = watch.frames().front().time_s, end_s = watch.frames().back().time_s;
-  for (const double time_s : {check.peak_s, begin_s, end_s}) {
-    text += fmt::format(",{}", stream.capture_time_ns(time_s));
+/// What was seen so far, on the disk after each pose: whatever ends the session, it keeps them.
+class PoseTable {
+ public:
+  explicit PoseTable(std::string path) : path_(std::move(path)) {}
+
+  void add(const AuStream& stream, const PromptedPose& pose, const PoseWatch& watch) {
+    for (const PoseCheck& check : watch.checks()) append(stream, pose, watch, check);
+    if (path_.empty()) return;
+    AtomicFile file(path_);
+    file.write(text_);
+    file.commit();
   }
-  text += ',';
-  if (!std::isnan(check.other_side_peak)) append_number(text, check.other_side_peak);
-  text += ',';
-  append_text(text, check.company);
-  text += ',';
-  append_number(text, check.company_intensity);
-  text += ',';
-  append_text(text, verdict_of(check));
-  text += '\n';
-}
+
+ private:
+  void append(const AuStream& stream, const PromptedPose& pose, const PoseWatch& watch, const PoseCheck& check) {
+    append_text(text_, pose.name);
+    text_ += ',';
+    append_text(text_, check.au);
+    text_ += ',';
+    append_number(text_, check.peak);
+    const double begin_s = watch.frames().front().time_s, end_s = watch.frames().back().time_s;
+    for (const double time_s : {check.peak_s, begin_s, end_s}) {
+      text_ += fmt::format(",{}", stream.capture_time_ns(time_s));
+    }
+    text_ += ',';
+    if (!std::isnan(check.other_side_peak)) append_number(text_, check.other_side_peak);
+    text_ += ',';
+    append_text(text_, check.company);
+    text_ += ',';
+    append_number(text_, check.company_intensity);
+    text_ += ',';
+    append_text(text_, verdict_of(check));
+    text_ += '\n';
+  }
+
+  std::string path_;
+  std::string text_ =
+      "pose,au,peak,peak_capture_time_ns,from_capture_time_ns,to_capture_time_ns,other_side_peak,with,with_intensity,"
+      "verdict\n";
+};
 
 }  // namespace
 
 void RomLiveArguments::add_to(CLI::App& command) {
-  command.add_option("--connect", endpoint, "live: the publish address of a running risoriusd, tcp://127.0.0.1:7001");
-  command.add_option("--stream", stream, "live: the source's name; without it the first that is heard");
-  command.add_option("--pose", only, "live: only these, such as AU12 AU4");
+  CLI::Option* live = command.add_option("--connect", endpoint,
+                                         "live: the publish address of a running risoriusd, tcp://127.0.0.1:7001");
+  command.add_option("--stream", stream, "live: the source's name; without it the first that is heard")->needs(live);
+  command.add_option("--pose", only, "live: only these, such as AU12 AU4L")->needs(live);
+  command.add_option("--least", least_peak, "live: the intensity from which on a pose counts as seen")
+      ->check(number_between(0.05, 1.2))
+      ->needs(live)
+      ->capture_default_str();
   command.add_option("--seconds", seconds, "live: for each pose, until it counts as not seen")
       ->check(number_between(1, 600))
+      ->needs(live)
       ->capture_default_str();
   command.add_option("--tries", tries, "live: how often a pose is asked for")
       ->check(CLI::Range(1, 100))
+      ->needs(live)
       ->capture_default_str();
-  command.add_option("-o,--output", output, "live: a table (CSV) of what was seen, with capture times");
+  command.add_option("-o,--output", output, "live: a table (CSV) of what was seen, with capture times")->needs(live);
   curve.add_to(command);
 }
 
@@ -201,45 +272,42 @@ void print_pose(const PoseCheck& pose) {
 
 void prompt_live(const RomLiveArguments& arguments) {
   if (!arguments.output.empty()) check_output_name(arguments.output, "a table of poses", {".csv"});
-  std::signal(SIGINT, [](int) { interrupted = 1; });
+  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int) { interrupted = 1; });
   AuStream stream(arguments);
   stream.follow([](const PoseFrame&) { return false; });
   if (interrupted != 0) return;
   const std::vector<PromptedPose> poses = poses_of(arguments, stream);
-  fmt::print("{}: {} poses. From rest to as far as it goes, hold a second, back to rest; each on its own.\n",
-             stream.name(), poses.size());
+  fmt::print(
+      "{}: {} poses. From rest to as far as it goes, hold a second, back to rest; each on its own. Seen from "
+      "{:.2f} on.\nTimes (at) count from the first frame that was heard.\n",
+      stream.name(), poses.size(), arguments.least_peak);
   print_pose_head();
-  std::string table =
-      "pose,au,peak,peak_capture_time_ns,from_capture_time_ns,to_capture_time_ns,other_side_peak,with,with_intensity,"
-      "verdict\n";
-  std::size_t seen = 0, asked = 0, number = 0;
+  PoseTable table(arguments.output);
+  std::size_t seen = 0, of = 0, asked = 0;
   for (const PromptedPose& pose : poses) {
-    ++number;
     for (int attempt = 1; attempt <= arguments.tries && interrupted == 0; ++attempt) {
-      fmt::print("{}/{} {} {}{}{}\n", number, poses.size(), pose.name, facs_name(pose.name),
+      fmt::print("{}/{} {} {}{}{}\n", asked + 1, poses.size(), pose.name, facs_name(pose.name),
                  pose.aus.size() > 1 ? ", both sides" : "", attempt > 1 ? ", again" : "");
       std::fflush(stdout);
-      const PoseWatch watch = watch_pose(stream, pose, arguments.seconds);
+      const PoseWatch watch = watch_pose(stream, pose, arguments);
       const std::vector<PoseCheck> checks = watch.checks();
       if (interrupted != 0 || checks.empty()) break;
-      for (const PoseCheck& check : checks) {
-        print_pose(check);
-        append_row(table, stream, pose, watch, check);
-      }
+      for (const PoseCheck& check : checks) print_pose(check);
+      table.add(stream, pose, watch);
       const auto is_fine = [](const PoseCheck& check) { return check.is_seen && !check.is_lopsided; };
       const bool fine = std::ranges::all_of(checks, is_fine);
       if (!fine && attempt < arguments.tries) continue;
-      asked += checks.size();
+      ++asked;
+      of += checks.size();
       seen += static_cast<std::size_t>(std::ranges::count_if(checks, &PoseCheck::is_seen));
       break;
     }
+    if (interrupted != 0) break;
   }
-  fmt::print("{} of {} AUs seen{}\n", seen, asked, interrupted != 0 ? "; interrupted" : "");
-  if (arguments.output.empty()) return;
-  AtomicFile file(arguments.output);
-  file.write(table);
-  file.commit();
-  fmt::print("written: {}\n", arguments.output);
+  fmt::print(
+      "{} of {} AUs seen{}\n", seen, of,
+      asked < poses.size() ? fmt::format("; interrupted, {} poses were not answered", poses.size() - asked) : "");
+  if (!arguments.output.empty()) fmt::print("written: {}\n", arguments.output);
 }
 
 }  // namespace risorius

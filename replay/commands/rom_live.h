@@ -20,13 +20,15 @@ struct RomLiveArguments {
   std::vector<std::string> only;  ///< poses, such as AU12; empty: all of the stream's AUs
   double seconds = 20;            ///< for each pose; without a frame for so long, the daemon is called silent
   int tries = 2;
+  double least_peak = 0.4;
   std::string output;  ///< CSV
   CurveArguments curve;
 
   void add_to(CLI::App& command);
 };
 
-/// Ends with the last pose or an interrupt; the CSV holds what was seen until then. Throws UserError.
+/// Ends with the last pose or an interrupt. The CSV holds every pose that was answered, also when it ends with a
+/// UserError.
 void prompt_live(const RomLiveArguments& arguments);
 
 void print_pose_head();

@@ -75,6 +75,7 @@ class TakeDataset {
   double largest_kkt_residual() const noexcept { return totals_.largest_kkt_residual; }
   const MarkerEnergy& energy() const noexcept { return totals_.energy; }
   const Rig& rig() const noexcept { return rig_; }
+  double rate_hz() const noexcept { return rate_hz_; }
   const std::vector<Episode>& episodes() const noexcept { return episodes_; }
 
  private:

@@ -49,7 +49,12 @@ void DaemonSubscriber::receive_for(std::chrono::milliseconds wait, const Receive
       throw;
     }
     const auto* bytes = body.data<std::uint8_t>();
-    receiver(topic.to_string(), nlohmann::json::from_msgpack(bytes, bytes + body.size()));
+    const auto message = nlohmann::json::from_msgpack(bytes, bytes + body.size(), true, false);
+    if (!message.is_object()) {  // of something that is no risoriusd
+      ++malformed_;
+      continue;
+    }
+    receiver(topic.to_string(), message);
   }
 }
 

@@ -22,12 +22,15 @@ class DaemonSubscriber {
   /// Hands on every message that comes within `wait`.
   void receive_for(std::chrono::milliseconds wait, const Receiver& receiver);
   void receive_for(std::chrono::milliseconds wait, LiveView& view);
+  /// Messages so far that were no topic with a map behind it; they were skipped.
+  std::uint64_t malformed() const noexcept { return malformed_; }
   /// Why nothing can come: keys that do not fit. Empty if they do, or nobody is there.
   std::string refusal();
 
  private:
   zmq::context_t context_;
   bool curve_;
+  std::uint64_t malformed_ = 0;
   std::optional<HandshakeMonitor> handshakes_;  ///< outlives the socket
   zmq::socket_t socket_;
 };

@@ -259,20 +259,32 @@ void Plot::draw_series(Canvas& canvas, const Frame& frame, const Series& series)
   }
 }
 
-/// The series' points, and those between them where a line or a band joins them, that a rectangle would hide.
-std::size_t Plot::hidden_by(const PictureRectangle& r, const Frame& frame) const {
-  constexpr int kBetween = 8;
-  std::size_t hidden = 0;
+/// How long the way from a to b is within a rectangle, in pixels (Liang & Barsky 1984).
+double length_within(const PictureRectangle& r, const PicturePoint& a, const PicturePoint& b) {
+  const double dx = b.x - a.x, dy = b.y - a.y;
+  double from = 0, to = 1;
+  const auto cut = [&](double step, double room_low, double room_high) {  // room_low <= t step <= room_high
+    if (step == 0) return room_low <= 0 && room_high >= 0;
+    const double first = std::min(room_low / step, room_high / step),
+                 last = std::max(room_low / step, room_high / step);
+    from = std::max(from, first);
+    to = std::min(to, last);
+    return from < to;
+  };
+  if (!cut(dx, r.x - a.x, r.x + r.width - a.x) || !cut(dy, r.y - a.y, r.y + r.height - a.y)) return 0;
+  return (to - from) * std::hypot(dx, dy);
+}
+
+/// Pixels of lines and edges of bands, and points, that a rectangle would hide.
+double Plot::hidden_by(const PictureRectangle& r, const Frame& frame) const {
+  double hidden = 0;
   for (const Series& series : series_) {
     const bool joined = series.kind == Kind::kLine || series.kind == Kind::kBand;
-    for (std::size_t i = 0; i < series.high.size(); ++i) {
-      const PicturePoint p = frame.at(series.x[i], series.high[i]);
-      const bool has_next = joined && i + 1 < series.high.size();
-      const PicturePoint next = has_next ? frame.at(series.x[i + 1], series.high[i + 1]) : p;
-      for (int k = 0; k < (has_next ? kBetween : 1); ++k) {
-        const double share = static_cast<double>(k) / kBetween;
-        const double x = p.x + share * (next.x - p.x), y = p.y + share * (next.y - p.y);
-        hidden += x >= r.x && x <= r.x + r.width && y >= r.y && y <= r.y + r.height;
+    for (const std::vector<double>* y : {&series.high, &series.low}) {
+      for (std::size_t i = 0; i < y->size(); ++i) {
+        const PicturePoint p = frame.at(series.x[i], (*y)[i]);
+        if (joined && i + 1 < y->size()) hidden += length_within(r, p, frame.at(series.x[i + 1], (*y)[i + 1]));
+        hidden += p.x >= r.x && p.x <= r.x + r.width && p.y >= r.y && p.y <= r.y + r.height;
       }
     }
   }
@@ -295,12 +307,12 @@ Plot::Legend Plot::place_legend(const Canvas& canvas, const Frame& frame) const 
   const double stacked = kLegendRow * static_cast<double>(legend.entries.size());
   legend.is_row = stacked > kMostStackedShare * box.height && together < box.width - 12;
   PictureRectangle where{0, 0, legend.is_row ? together : widest, (legend.is_row ? kLegendRow : stacked) + 8};
-  legend.hidden = std::numeric_limits<std::size_t>::max();
+  legend.hidden = std::numeric_limits<double>::infinity();
   for (const double share_y : {0.0, 1.0}) {
     for (const double share_x : {1.0, 0.0}) {
       where.x = box.x + 6 + share_x * (box.width - where.width - 12);
       where.y = box.y + 6 + share_y * (box.height - where.height - 12);
-      const std::size_t hidden = hidden_by(where, frame);
+      const double hidden = hidden_by(where, frame);
       if (hidden >= legend.hidden) continue;
       legend.hidden = hidden;
       legend.where = where;

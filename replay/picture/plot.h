@@ -72,14 +72,14 @@ class Plot {
   struct Legend {
     PictureRectangle where;
     std::vector<const Series*> entries;
-    bool is_row = false;     ///< side by side; else one below the other
-    std::size_t hidden = 0;  ///< how much of the data is behind it
+    bool is_row = false;  ///< side by side; else one below the other
+    double hidden = 0;    ///< how much of the data is behind it, in pixels
   };
   /// `headroom`: share of the height to be left free above the data.
   Frame frame_of(const Canvas& canvas, const PictureRectangle& where, double headroom) const;
   void draw_axes(Canvas& canvas, const Frame& frame) const;
   void draw_series(Canvas& canvas, const Frame& frame, const Series& series) const;
-  std::size_t hidden_by(const PictureRectangle& r, const Frame& frame) const;
+  double hidden_by(const PictureRectangle& r, const Frame& frame) const;
   Legend place_legend(const Canvas& canvas, const Frame& frame) const;
   void draw_legend(Canvas& canvas, const Legend& legend) const;
 

@@ -62,25 +62,25 @@ double distance_mm(const Window& a, const Window& b) {
   return onto.determined ? onto.rms : std::numeric_limits<double>::infinity();
 }
 
-/// Frames first, first + step, ... of a window on the head of the one that sees most; empty where too few markers are
-/// common.
+/// Frames first, first + step, ... of a window on the head of the one that sees most; those that have too little in
+/// common with it are left out.
 std::vector<SeenFace> on_one_head(const std::vector<MarkerFrame>& frames, std::size_t first, std::size_t last) {
   std::vector<SeenFace> faces;
   const std::size_t step = std::max<std::size_t>(1, (last - first + 1) / kFramesPerWindow);
   for (std::size_t t = first; t <= last; t += step) read(frames[t], faces.emplace_back());
   const auto count = [](const SeenFace& face) { return std::ranges::count(face.seen, 1.0); };
   const SeenFace fullest = *std::ranges::max_element(faces, {}, count);
-  for (SeenFace& face : faces) {
+  std::erase_if(faces, [&](SeenFace& face) {
     const RigidAlignment onto = align_rigid(face.shape, fullest.shape, both(face.seen, fullest.seen));
-    if (!onto.determined) return {};
     for (Eigen::Vector3d& p : face.shape) p = onto.to_from * p;
-  }
+    return !onto.determined;
+  });
   return faces;
 }
 
 std::optional<Window> window_of(const std::vector<MarkerFrame>& frames, std::size_t first, std::size_t last) {
   const std::vector<SeenFace> faces = on_one_head(frames, first, last);
-  if (faces.empty()) return std::nullopt;
+  if (faces.size() < 2) return std::nullopt;
   const std::size_t markers = faces.front().seen.size();
   Window window{.first = first, .last = last, .shape = Points(markers, Eigen::Vector3d::Zero())};
   window.weight.assign(markers, 0);

@@ -27,8 +27,8 @@ struct NeutralSearchOptions {
   std::size_t most = 5;       ///< candidates
 };
 
-/// Best first. A marker is compared where it is seen in half of a window's frames; none where no window has three of
-/// them. Frames of one marker set.
+/// Best first. A marker is compared where half of a window's frames with a face see it; windows are, where they see 70
+/// % of the markers that windows usually see. None where no window does. Frames of one marker set.
 std::vector<NeutralCandidate> neutral_candidates(const std::vector<MarkerFrame>& frames,
                                                  const NeutralSearchOptions& options = {});
 

@@ -1,5 +1,6 @@
 #include "replay/pipeline/rig_neutral.h"
 
+#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 
@@ -37,12 +38,18 @@ ChosenNeutral read_neutral(TakeReader& take, const NeutralPlace& place) {
   std::uint64_t first = place.range.first.value_or(0), last = place.range.last.value_or(0);
   if (place.is_auto) {
     take.rewind();
-    const auto found = neutral_candidates(read_despiked(take, {}), {.most = 1});
+    std::vector<MarkerFrame> frames = read_despiked(take, {});
+    const auto from = static_cast<std::size_t>(std::min<std::uint64_t>(first, frames.size()));
+    const auto to =
+        place.range.last ? static_cast<std::size_t>(std::min<std::uint64_t>(last + 1, frames.size())) : frames.size();
+    frames = {frames.begin() + static_cast<std::ptrdiff_t>(from),
+              frames.begin() + static_cast<std::ptrdiff_t>(std::max(from, to))};
+    const auto found = neutral_candidates(frames, {.most = 1});
     if (found.empty()) {
       throw UserError(path, "no stretch in which the face may be at rest was found",
                       "name one: TAKE:FROM-TO (risorius neutral TAKE shows candidates)");
     }
-    first = found.front().first, last = found.front().last;
+    first = from + found.front().first, last = from + found.front().last;
   } else if (!place.range.last) {
     last = last_frame_of(take);
   }
@@ -55,6 +62,14 @@ ChosenNeutral read_neutral(TakeReader& take, const NeutralPlace& place) {
                     "TAKE shows candidates");
   }
   return chosen;
+}
+
+std::string doubt_of(const RenewedRig& renewed) {
+  if (renewed.moved_rms_mm <= kDoubtedShiftMm) return "";
+  return fmt::format(
+      "{}: its face is {:.1f} mm rms from the neutral before, most {} by {:.1f} mm: is it at rest there? "
+      "risorius neutral TAKE -o PICTURE shows where a face rests",
+      renewed.place, renewed.moved_rms_mm, renewed.moved_most_marker, renewed.moved_most_mm);
 }
 
 RenewedRig with_neutral(const Rig& rig, const Neutral& neutral, const std::string& place) {

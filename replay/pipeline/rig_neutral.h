@@ -9,7 +9,8 @@
 
 namespace risorius {
 
-/// A stretch of a take: "TAKE:FROM-TO", "TAKE" for all of it, or "TAKE:auto" for the best of neutral_candidates.h.
+/// A stretch of a take: "TAKE:FROM-TO", "TAKE" for all of it, or "TAKE:auto" and "TAKE:FROM-TO:auto" for the best of
+/// neutral_candidates.h in it.
 struct NeutralPlace {
   TakeRange range;
   bool is_auto = false;
@@ -33,6 +34,11 @@ struct RenewedRig {
   double moved_most_mm = 0;
   std::string moved_most_marker;
 };
+
+/// Markers are put on again to within a few mm; a face that lies farther from the last neutral is doubted.
+inline constexpr double kDoubtedShiftMm = 3;
+/// One sentence, or nothing.
+std::string doubt_of(const RenewedRig& renewed);
 
 /// The rig with the neutral's positions, laid on the old ones; markers that the neutral does not have stay. Throws
 /// UserError: less than half of the markers, or a face that cannot be this rig's (farther than 20 mm).

@@ -46,19 +46,24 @@ void SlipWatch::add(const SolvedFrame& frame) {
   }
   // A frame without a pose is of something else than this face, and says nothing of where its markers stick.
   if (frame.aus.status == SolverStatus::kConverged) {
-    follow_stabilisers(step_s);
+    follow_stabilisers(frame, step_s);
     follow_neutral(frame, step_s);
   }
   if (history_.empty() || now_.time_s - history_.back().time_s >= kHistoryStep_s) history_.push_back(now_);
 }
 
 /// Where each stabiliser is in the frame that most of them agree on, slowly; against where it was at first.
-void SlipWatch::follow_stabilisers(double step_s) {
+void SlipWatch::follow_stabilisers(const SolvedFrame& frame, double step_s) {
   std::vector<Eigen::Vector3d> seen, rest;
   std::vector<double> weight;
   for (const Stabiliser& s : stabilisers_) {
     seen.push_back(seen_mm_[s.marker]);
-    rest.push_back(neutral_mm_[s.marker]);
+    // Where the AUs carry it: a nose that wrinkles slides on the skull for as long as it is held.
+    Eigen::Vector3d place = neutral_mm_[s.marker];
+    for (std::size_t i = 0; i < rig_.au_count(); ++i) {
+      place += frame.aus.intensity[i] * rig_.aus[i].displacement_mm.col(static_cast<Eigen::Index>(s.marker));
+    }
+    rest.push_back(place);
     weight.push_back(weight_[s.marker]);
   }
   const RigidAlignment head_from_world = align_majority(seen, rest, weight);

@@ -57,7 +57,7 @@ class SlipWatch {
     bool has_place = false, has_slipped = false;
   };
 
-  void follow_stabilisers(double step_s);
+  void follow_stabilisers(const SolvedFrame& frame, double step_s);
   void follow_neutral(const SolvedFrame& frame, double step_s);
   void note(Stabiliser* stabiliser, double off_mm, double& off_since_s, bool& has_slipped);
 

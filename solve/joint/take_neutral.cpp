@@ -34,7 +34,8 @@ double TakeNeutral::update(std::vector<JointFrame>& frames, const JointState& st
       weight[m] += frame.weight[m];
     }
   }
-  const double prior = variance_mm2 / (deviation_mm_ * deviation_mm_) * std::max(1.0, kAlike_s / step_s);
+  const double prior =
+      variance_mm2 / (deviation_mm_ * deviation_mm_) * (step_s > 0 ? std::max(1.0, kAlike_s / step_s) : 1);
   Eigen::Matrix3Xd shift_mm = rig_.neutral_mm - start_.neutral_mm;
   for (Eigen::Index m = 0; m < markers; ++m) {
     shift_mm.col(m) += (sum.col(m) - prior * shift_mm.col(m)) / std::max(weight[m] + prior, kLeast);

@@ -78,7 +78,8 @@ struct TakeSolver::Take {
   std::vector<double> kkt_residual;
 };
 
-TakeSolver::TakeSolver(Rig rig, const TakeSolverOptions& options) : rig_(std::move(rig)), rig_of_take_(rig_), options_(options) {
+TakeSolver::TakeSolver(Rig rig, const TakeSolverOptions& options)
+    : rig_(std::move(rig)), rig_of_take_(rig_), options_(options) {
   require("smoothness", options.smoothness, 1e-6, 1e6);
   require("acceleration_per_s2", options.acceleration_per_s2, 1e-6, 1e6);
   require("neutral_mm", options.neutral_mm, 0, 20);
@@ -92,6 +93,7 @@ std::vector<AuFrame> TakeSolver::solve(const MarkerSet& set, std::span<const Mar
                                        const TakeSolverProgress& progress) {
   Take take(rig_, options_.neutral_mm);
   solve_causally(set, frames, take);
+  rig_of_take_ = rig_;
   if (take.frames.empty()) return {};
   if (options_.neutral_mm > 0) find_neutral(set, frames, take);
   const auto all = static_cast<double>(frames.size());

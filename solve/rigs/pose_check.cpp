@@ -1,6 +1,7 @@
 #include "solve/rigs/pose_check.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <optional>
 
@@ -10,7 +11,9 @@ namespace risorius {
 namespace {
 
 constexpr double kLasts_s = 0.1, kRest_s = 0.3;
+constexpr double kHole_s = 0.25;  // frames farther apart are no course
 constexpr double kLopsided = 0.5, kRestShare = 0.5;
+constexpr int kBlink = 45, kJawSideways = 30;
 
 std::optional<std::size_t> other_side(std::span<const std::string> aus, std::size_t i) {
   const auto name = parse_au_name(aus[i]);
@@ -22,18 +25,28 @@ std::optional<std::size_t> other_side(std::span<const std::string> aus, std::siz
   return std::nullopt;
 }
 
-/// The frame at which AU i is highest, counting at each frame the least of what follows for a tenth of a second.
+/// The least of AU `au` from frame t on, for a tenth of a second and two frames at least; nothing where that is not yet
+/// past, is not observed throughout, or has a hole as long.
+std::optional<double> lasting_at(std::span<const PoseFrame> frames, std::size_t t, Eigen::Index au) {
+  double least = frames[t].x[au];
+  for (std::size_t k = t + 1; k < frames.size(); ++k) {
+    if (frames[k].time_s - frames[k - 1].time_s > kHole_s) return std::nullopt;
+    least = std::min(least, frames[k].x[au]);
+    if (!std::isfinite(frames[k].x[au])) return std::nullopt;
+    if (frames[k].time_s - frames[t].time_s >= kLasts_s) return least;
+  }
+  return std::nullopt;
+}
+
+/// The frame from which on AU `au` is highest.
 std::size_t lasting_peak(std::span<const PoseFrame> frames, std::size_t au, double& peak) {
   const auto i = static_cast<Eigen::Index>(au);
   std::size_t at = 0;
   peak = 0;
   for (std::size_t t = 0; t < frames.size(); ++t) {
-    if (frames[t].x[i] <= peak) continue;
-    double least = frames[t].x[i];
-    for (std::size_t k = t; k < frames.size() && frames[k].time_s - frames[t].time_s <= kLasts_s; ++k) {
-      least = std::min(least, frames[k].x[i]);
-    }
-    if (least > peak) peak = least, at = t;
+    if (!(frames[t].x[i] > peak) || !std::isfinite(frames[t].x[i])) continue;
+    const auto lasting = lasting_at(frames, t, i);
+    if (lasting && *lasting > peak) peak = *lasting, at = t;
   }
   return at;
 }
@@ -49,7 +62,9 @@ PoseCheck check_pose(std::span<const std::string> aus, std::span<const PoseFrame
   if (other) lasting_peak(frames, *other, pose.other_side_peak);
   for (std::size_t j = 0; j < aus.size(); ++j) {
     const double x = frames[at].x[static_cast<Eigen::Index>(j)];
-    if (j == au || j == other || x <= pose.company_intensity) continue;
+    const auto name = parse_au_name(aus[j]);
+    if (j == au || j == other || !(x > pose.company_intensity)) continue;
+    if (name && name->number == kBlink) continue;  // people blink beside everything
     pose.company = aus[j];
     pose.company_intensity = x;
   }
@@ -59,14 +74,16 @@ PoseCheck check_pose(std::span<const std::string> aus, std::span<const PoseFrame
 }
 
 std::string verdict_of(const PoseCheck& check) {
-  return !check.is_seen ? "not seen: again" : check.is_lopsided ? "weaker than the other side" : "";
+  return !check.is_seen ? "not seen: again" : check.is_lopsided ? "weaker than the other side" : "seen";
 }
 
 std::vector<PromptedPose> prompted_poses(std::span<const std::string> aus) {
   std::vector<PromptedPose> poses;
   for (std::size_t i = 0; i < aus.size(); ++i) {
     const auto name = parse_au_name(aus[i]);
-    const std::string pose = name ? format_au_name({name->number, AuSide::kBoth}) : aus[i];
+    // Nobody moves the jaw to both sides at once.
+    const bool together = name && name->number != kJawSideways;
+    const std::string pose = together ? format_au_name({name->number, AuSide::kBoth}) : aus[i];
     const auto found = std::ranges::find(poses, pose, &PromptedPose::name);
     if (found == poses.end()) {
       poses.push_back({pose, {i}});
@@ -78,32 +95,36 @@ std::vector<PromptedPose> prompted_poses(std::span<const std::string> aus) {
 }
 
 PoseWatch::PoseWatch(std::vector<std::string> aus, PromptedPose pose, const PoseWatchOptions& options)
-    : aus_(std::move(aus)),
-      pose_(std::move(pose)),
-      options_(options),
-      highest_(Eigen::VectorXd::Zero(static_cast<Eigen::Index>(pose_.aus.size()))) {}
+    : aus_(std::move(aus)), pose_(std::move(pose)), options_(options), peak_(pose_.aus.size(), 0) {}
 
 PoseWatch::State PoseWatch::add(PoseFrame frame) {
-  if (!frames_.empty() && frame.time_s < frames_.back().time_s) return State::kWaiting;
-  bool rests = true;
-  for (std::size_t k = 0; k < pose_.aus.size(); ++k) {
-    double& highest = highest_[static_cast<Eigen::Index>(k)];
-    const double x = frame.x[static_cast<Eigen::Index>(pose_.aus[k])];
-    highest = std::max(highest, x);
-    rests = rests && x <= kRestShare * std::max(highest, options_.least_peak);
+  if (!frames_.empty() && frame.time_s < frames_.back().time_s) {
+    frames_.clear();
+    std::ranges::fill(peak_, 0);
+    frames_looked_at_ = 0;
   }
-  if (!rests) rest_since_s_ = frame.time_s;
-  if (frames_.empty()) rest_since_s_ = frame.time_s;
   frames_.push_back(std::move(frame));
+  for (; frames_looked_at_ < frames_.size(); ++frames_looked_at_) {
+    const PoseFrame& at = frames_[frames_looked_at_];
+    if (frames_.back().time_s - at.time_s < kLasts_s) break;  // what follows is not known yet
+    for (std::size_t k = 0; k < pose_.aus.size(); ++k) {
+      const auto lasting = lasting_at(frames_, frames_looked_at_, static_cast<Eigen::Index>(pose_.aus[k]));
+      if (lasting) peak_[k] = std::max(peak_[k], *lasting);
+    }
+  }
   const double now_s = frames_.back().time_s;
-  if (highest_.maxCoeff() >= options_.least_peak && now_s - rest_since_s_ >= kRest_s && is_over()) return State::kOver;
+  if (frames_.size() == 1 || !rests(frames_.back())) rest_since_s_ = now_s;
+  if (*std::ranges::max_element(peak_) >= options_.least_peak && now_s - rest_since_s_ >= kRest_s) return State::kOver;
   return now_s - frames_.front().time_s >= options_.longest_s ? State::kTimedOut : State::kWaiting;
 }
 
-/// A leap of one frame is no pose.
-bool PoseWatch::is_over() const {
-  return std::ranges::any_of(
-      pose_.aus, [&](std::size_t au) { return check_pose(aus_, frames_, au, options_.least_peak).is_seen; });
+/// An AU that is not observed does not say that it rests.
+bool PoseWatch::rests(const PoseFrame& frame) const {
+  for (std::size_t k = 0; k < pose_.aus.size(); ++k) {
+    const double x = frame.x[static_cast<Eigen::Index>(pose_.aus[k])];
+    if (!(x <= kRestShare * std::max(peak_[k], options_.least_peak))) return false;
+  }
+  return true;
 }
 
 std::vector<PoseCheck> PoseWatch::checks() const {

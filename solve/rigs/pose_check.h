@@ -14,12 +14,12 @@ namespace risorius {
 /// All AUs at one time.
 struct PoseFrame {
   double time_s = 0;
-  Eigen::VectorXd x;  ///< K; 0 where not observed
+  Eigen::VectorXd x;  ///< K; NaN where not observed
 };
 
 struct PoseCheck {
   std::string au;
-  double peak = 0;             ///< the highest intensity that lasts for a tenth of a second
+  double peak = 0;             ///< the highest intensity that lasts for a tenth of a second, over two frames at least
   double peak_s = 0;           ///< when, by the frames' clock
   double other_side_peak = 0;  ///< of the other side's AU; NaN where there is none
   std::string company;         ///< the strongest AU beside it (the other side left out) at its peak
@@ -32,12 +32,12 @@ struct PoseCheck {
 PoseCheck check_pose(std::span<const std::string> aus, std::span<const PoseFrame> frames, std::size_t au,
                      double least_peak);
 
-/// "not seen: again", "weaker than the other side", or nothing.
+/// "seen", "not seen: again", or "weaker than the other side".
 std::string verdict_of(const PoseCheck& check);
 
-/// A pose as it is asked for: an AU, both sides of it together.
+/// A pose as it is asked for: an AU, both sides of it together where a face can do that.
 struct PromptedPose {
-  std::string name;              ///< "AU12"
+  std::string name;              ///< "AU12", "AU30L"
   std::vector<std::size_t> aus;  ///< one, or left and right, as numbers into the names
 };
 
@@ -49,15 +49,15 @@ struct PoseWatchOptions {
   double longest_s = 20;    ///< then it is called not seen, > 0
 };
 
-/// Sees a pose come and go. It is over when one of its AUs had reached `least_peak` and all of them are back below half
-/// of their peaks for 0.3 s.
+/// Sees a pose come and go. It is over when one of its AUs had a lasting peak of `least_peak` and all of them have been
+/// observed below half of their peaks for 0.3 s.
 class PoseWatch {
  public:
   enum class State : std::uint8_t { kWaiting, kOver, kTimedOut };
 
   PoseWatch(std::vector<std::string> aus, PromptedPose pose, const PoseWatchOptions& options = {});
 
-  /// Times do not go back; a frame that does is ignored.
+  /// Where time goes back (the tracker began anew), so does the watch.
   State add(PoseFrame frame);
 
   /// Of the pose's AUs, by all frames so far; none before the first.
@@ -65,13 +65,14 @@ class PoseWatch {
   std::span<const PoseFrame> frames() const noexcept { return frames_; }
 
  private:
-  bool is_over() const;
+  bool rests(const PoseFrame& frame) const;
 
   std::vector<std::string> aus_;
   PromptedPose pose_;
   PoseWatchOptions options_;
   std::vector<PoseFrame> frames_;
-  Eigen::VectorXd highest_;  ///< of the pose's AUs, of single frames
+  std::vector<double> peak_;  ///< of the pose's AUs so far, lasting
+  std::size_t frames_looked_at_ = 0;
   double rest_since_s_ = 0;
 };
 

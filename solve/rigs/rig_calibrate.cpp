@@ -17,6 +17,7 @@ namespace {
 
 constexpr std::size_t kLeastFrames = 10;
 constexpr int kHeadRounds = 3;
+constexpr double kMostPeakMm = 80;  // of a marker; a jaw opened as far as it goes carries the chin 40 to 50 mm
 constexpr double kDriftedRestMm = 2.0;
 constexpr double kMidlineMm = 3.0;
 constexpr double kLeastSideShare = 0.6;
@@ -147,6 +148,12 @@ AuCalibration calibrate_au(const Rig& fitted, const CalibrationRecording& record
                     fmt::format("{} moves no marker by more than {:.2f} mm (noise {:.2f} mm)", recording.au,
                                 result.peak_mm, result.noise_mm),
                     fmt::format("record {} at its maximum, held for a second", recording.au));
+  }
+  if (result.peak_mm > kMostPeakMm) {
+    throw UserError(recording.place,
+                    fmt::format("{} moves marker {} by {:.0f} mm, farther than any face can", recording.au,
+                                result.peak_marker, result.peak_mm),
+                    "were labels exchanged? risorius clean mends swaps; is the unit right?");
   }
   column = {recording.au, model.field_mm, expected == nullptr ? RigAu{}.upper_bound : expected->upper_bound};
   return result;

@@ -10,9 +10,9 @@
 
 namespace risorius {
 
-/// In the rig's order; times since the take's first frame. Throws UserError where the rig does not know the take's
-/// markers, or no frame can be solved.
+/// Solved as the live service does. In the rig's order; times since the take's first frame. Throws UserError where the
+/// rig does not know the take's markers, or no frame can be solved.
 std::vector<PoseCheck> check_range_of_motion(const Rig& rig, const TakeFrames& take, double least_peak = 0.4,
-                                             const AuSolverOptions& options = {.ridge = 5e-3, .l1 = 3e-3});
+                                             const AuSolverOptions& options = {});
 
 }  // namespace risorius

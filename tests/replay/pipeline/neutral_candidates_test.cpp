@@ -78,7 +78,7 @@ TEST(NeutralCandidates, FlickeringMarkersHideNoRest) {
   for (std::size_t t = 0; t < take.frames.size(); ++t) {
     MarkerFrame& frame = take.frames[t];
     for (std::size_t m = 0; m < frame.count; ++m) {
-      if ((t + 7 * m) % 30 < 10) frame.state[m] = MarkerState::kMissing;
+      if ((t + 7 * m) % 30 < 10 || t % 5 == 0) frame.state[m] = MarkerState::kMissing;  // and whole frames
     }
   }
   const auto found = neutral_candidates(take.frames);

@@ -54,6 +54,30 @@ TEST(SlipWatch, NamesAStabiliserThatCameOff) {
   EXPECT_GT(watch.slips()[0].moved_mm, 1.5);
 }
 
+TEST(SlipWatch, AStabiliserThatAnAuCarriesForLongHasNotSlipped) {
+  // A nose that wrinkles for ten seconds takes the marker on its root along.
+  const Rig rig = builtin_rig();
+  SlipWatch watch(rig, set_of(rig));
+  double farthest_mm = 0;
+  for (int t = 0; t < 900; ++t) {
+    SolvedFrame frame = rest(rig, t);
+    for (std::size_t i = 0; i < rig.au_count() && t >= 300 && t < 600; ++i) {
+      if (!rig.aus[i].name.starts_with("AU9") && !rig.aus[i].name.starts_with("AU4")) continue;
+      frame.aus.intensity[i] = 1;
+      for (std::size_t m = 0; m < rig.marker_count(); ++m) {
+        const auto column = static_cast<Eigen::Index>(m);
+        const Eigen::Vector3f d = rig.aus[i].displacement_mm.col(column).cast<float>();
+        Position& p = frame.markers.position_mm[m];
+        p = {p.x + d.x(), p.y + d.y(), p.z + d.z()};
+        if (rig.stabiliser_weight[column] > 0) farthest_mm = std::max(farthest_mm, static_cast<double>(d.norm()));
+      }
+    }
+    watch.add(frame);
+  }
+  EXPECT_GT(farthest_mm, 1.5) << "else the test says nothing";
+  EXPECT_TRUE(watch.slips().empty());
+}
+
 TEST(SlipWatch, FramesWithoutAPoseTellOfNoSlip) {
   const Rig rig = builtin_rig();
   SlipWatch watch(rig, set_of(rig));

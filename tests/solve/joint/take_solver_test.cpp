@@ -118,6 +118,15 @@ TEST(TakeSolver, AFreeNeutralStaysWhereTheFaceIsSilent) {
   EXPECT_TRUE(solver.rig_of_take().neutral_mm.isApprox(made.rig.neutral_mm));
 }
 
+TEST(TakeSolver, AFreeNeutralOfAFrameOrTwoIsANumber) {
+  for (const int frames : {1, 2}) {
+    const Performed made = perform(frames);
+    TakeSolver solver(made.rig, {.neutral_mm = 1});
+    EXPECT_EQ(solver.solve(marker_set_of(made.rig), made.frames).size(), made.frames.size());
+    EXPECT_TRUE(solver.rig_of_take().neutral_mm.allFinite()) << frames;
+  }
+}
+
 TEST(TakeSolver, GivesEqualBitsForAnyNumberOfThreads) {
   const Performed made = perform();
   const std::vector<AuFrame> one = solve(made, {.threads = 1}), three = solve(made, {.threads = 3});

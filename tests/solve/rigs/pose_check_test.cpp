@@ -40,6 +40,8 @@ TEST(PromptedPoses, SidesAreAskedForTogether) {
   EXPECT_EQ(poses[1].aus, (std::vector<std::size_t>{2, 3}));
   EXPECT_EQ(poses[2].aus, std::vector<std::size_t>{4});
   EXPECT_EQ(poses[3].name, "Sneer");
+  const std::vector<std::string> jaw{"AU30L", "AU30R"};
+  EXPECT_EQ(prompted_poses(jaw).size(), 2u) << "not to both sides at once";
 }
 
 TEST(PoseWatch, IsOverWhenTheFaceIsBackAtRest) {
@@ -56,7 +58,7 @@ TEST(PoseWatch, IsOverWhenTheFaceIsBackAtRest) {
   EXPECT_NEAR(checks[0].peak, 0.9, 1e-12);
   EXPECT_NEAR(checks[0].other_side_peak, 0.8, 1e-12);
   EXPECT_EQ(checks[0].company, "AU27");
-  EXPECT_EQ(verdict_of(checks[0]), "");
+  EXPECT_EQ(verdict_of(checks[0]), "seen");
 }
 
 TEST(PoseWatch, WhatIsHeldIsNotOverAndWhatNeverComesTimesOut) {
@@ -84,11 +86,45 @@ TEST(PoseWatch, AskedForAgainWhereOneSideIsWeakOrOnlyAFrameLeapt) {
   }
 }
 
-TEST(PoseWatch, IgnoresFramesThatGoBackInTime) {
+TEST(PoseWatch, ALeapBeforeThePoseDoesNotEndIt) {
   PoseWatch watch(kAus, prompted_poses(kAus)[1]);
-  watch.add(frame_at(5, 0, 0));
-  watch.add(frame_at(1, 1, 1));
+  State state = State::kWaiting;
+  double over_s = 0;
+  for (double t_s = 0; t_s < 5 && state == State::kWaiting; t_s += 0.01) {
+    const double x = std::abs(t_s - 0.1) < 0.005 ? 1.2 : 0.55 * course(t_s);
+    state = watch.add(frame_at(t_s, x, x));
+    over_s = t_s;
+  }
+  EXPECT_EQ(state, State::kOver);
+  EXPECT_NEAR(over_s, 2.55, 0.2) << "not while 0.55 is held";
+  EXPECT_NEAR(watch.checks()[0].peak, 0.55, 1e-9);
+}
+
+TEST(PoseWatch, WhatIsNotObservedNeitherRestsNorPeaks) {
+  PoseWatch watch(kAus, prompted_poses(kAus)[1]);
+  State state = State::kWaiting;
+  double over_s = 0;
+  for (double t_s = 0; t_s < 9 && state == State::kWaiting; t_s += 0.01) {
+    const double x = t_s > 2 && t_s < 2.6 ? std::nan("") : course(t_s, 3);
+    state = watch.add(frame_at(t_s, x, x));
+    over_s = t_s;
+  }
+  EXPECT_NEAR(over_s, 4.55, 0.05);
+  PoseWatch sparse(kAus, prompted_poses(kAus)[1], {.longest_s = 4});
+  for (double t_s = 0; t_s < 3.9; t_s += 0.2) {  // 5 frames a second, one of them high
+    const double x = std::abs(t_s - 1) < 0.05 ? 1 : 0;
+    EXPECT_EQ(sparse.add(frame_at(t_s, x, x)), State::kWaiting) << t_s;
+  }
+}
+
+TEST(PoseWatch, BeginsAnewWhereTimeGoesBack) {
+  PoseWatch watch(kAus, prompted_poses(kAus)[1], {.longest_s = 2});
+  watch.add(frame_at(50, 1, 1));
+  watch.add(frame_at(50.2, 1, 1));
+  EXPECT_EQ(watch.add(frame_at(1, 0, 0)), State::kWaiting);
   EXPECT_EQ(watch.frames().size(), 1u);
+  EXPECT_EQ(watch.add(frame_at(3.1, 0, 0)), State::kTimedOut);
+  EXPECT_EQ(verdict_of(watch.checks()[0]), "not seen: again");
 }
 
 }  // namespace
