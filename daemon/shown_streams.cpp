@@ -77,6 +77,10 @@ void ShownStreams::go_to(std::uint32_t stream_id, const LiveTarget& target) {
     began_ns = state.face.now_ns();
   }
   state.is_preparing = true;
+  {
+    const std::scoped_lock lock(state.mutex);
+    state.is_called_off = false;
+  }
   state.targets.add();
   state.preparing = std::jthread([&state, request = std::move(request), target, began_ns] {
     ask_for_usual_slices();
@@ -88,17 +92,19 @@ void ShownStreams::go_to(std::uint32_t stream_id, const LiveTarget& target) {
     }
     {
       const std::scoped_lock lock(state.mutex);
-      state.face.follow(target, request, std::move(course), began_ns);
+      if (!state.is_called_off) state.face.follow(target, request, std::move(course), began_ns);
+      state.is_preparing = false;  // under the lock: a release sees it prepared, called off, or followed
     }
-    state.is_preparing = false;
   });
 }
 
 void ShownStreams::release(std::uint32_t stream_id) {
   State& state = states_[stream_id];
   const std::scoped_lock lock(state.mutex);
-  if (!state.face.has_target()) throw UserError("release", "there is no target", "go_to sets one");
-  state.face.release();
+  if (!state.face.has_target() && !state.is_preparing)
+    throw UserError("release", "there is no target", "go_to sets one");
+  if (state.is_preparing) state.is_called_off = true;
+  if (state.face.has_target()) state.face.release();
 }
 
 ShownStreams::Counts ShownStreams::counts(std::uint32_t stream_id) const noexcept {

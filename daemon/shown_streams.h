@@ -38,7 +38,7 @@ class ShownStreams {
   bool note_silence(std::uint32_t stream_id, bool is_silent);
   /// I/O thread. Throws UserError: no face is there, another target is being prepared, numbers out of range.
   void go_to(std::uint32_t stream_id, const LiveTarget& target);
-  /// I/O thread. Throws UserError if there is no target.
+  /// I/O thread: also of a target that is still being prepared. Throws UserError if there is none.
   void release(std::uint32_t stream_id);
 
   std::size_t size() const noexcept { return states_.size(); }
@@ -50,10 +50,11 @@ class ShownStreams {
  private:
   struct State {
     State(const std::vector<double>& upper_bounds, const ShownOptions& options) : face(upper_bounds, options) {}
-    std::mutex mutex;  ///< of face and arrived_ns
+    std::mutex mutex;  ///< of face, arrived_ns and is_called_off
     ShownFace face;
     std::int64_t arrived_ns = 0;  ///< the last frame, CLOCK_MONOTONIC
     std::atomic<bool> is_silent{false}, is_preparing{false};
+    bool is_called_off = false;              ///< the target that is being prepared; under the mutex
     std::unique_ptr<TransitionModel> model;  ///< of the thread that prepares
     Counter messages, predicted, targets;
     std::jthread preparing;  ///< last: it ends first

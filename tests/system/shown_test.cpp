@@ -148,6 +148,13 @@ TEST(Shown, GoesToATargetAndComesBack) {
   })) << listener.shown.size()
       << " shown, the last: " << listener.shown.back().dump();
   ASSERT_TRUE(listener.listen_until([](const auto& m) { return has_origin(m, "solved"); }));
+  // A target that is still being prepared can be called off, too.
+  for (int turn = 0; turn < 5; ++turn) {
+    nlohmann::json asked = ask_daemon(daemon.control(), go, std::chrono::seconds(10));
+    while (!asked.at("ok"))
+      asked = ask_daemon(daemon.control(), go, std::chrono::seconds(10));  // the last one's thread
+    EXPECT_TRUE(ask_daemon(daemon.control(), {{"command", "release"}}, std::chrono::seconds(10)).at("ok")) << turn;
+  }
   EXPECT_FALSE(ask_daemon(daemon.control(), {{"command", "release"}}, std::chrono::seconds(10)).at("ok"))
       << "no target any more";
   EXPECT_FALSE(ask_daemon(daemon.control(), {{"command", "go_to"}, {"expression", "nobody"}}, std::chrono::seconds(10))
