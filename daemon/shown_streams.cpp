@@ -28,14 +28,20 @@ void ShownStreams::count(State& state, const ShownFrame& shown) noexcept {
 bool ShownStreams::take(const OutputItem& item, ShownFrame& out) noexcept {
   State& state = states_[item.stream_id];
   const std::scoped_lock lock(state.mutex);
-  if (item.kind == OutputItem::Kind::kEndOfStream) state.face.reset();
-  if (item.kind != OutputItem::Kind::kSolved) return false;
-  const std::int64_t received_ns = item.solved.aus.header.receive_time_ns;
-  state.is_silent = false;
-  state.arrived_ns = received_ns > 0 ? received_ns : monotonic_now_ns();
-  if (!state.face.process(item.solved.aus, out)) return false;
-  count(state, out);
-  return true;
+  if (item.kind == OutputItem::Kind::kEndOfStream) state.face.end();
+  if (item.kind == OutputItem::Kind::kSolved) {
+    const bool is_out = state.face.process(item.solved.aus, out);
+    if (!state.face.has_ended()) {  // else the take before goes on fading
+      const std::int64_t received_ns = item.solved.aus.header.receive_time_ns;
+      state.is_silent = false;
+      state.arrived_ns = received_ns > 0 ? received_ns : monotonic_now_ns();
+    }
+    state.has_ended = state.face.has_ended();
+    if (is_out) count(state, out);
+    return is_out;
+  }
+  state.has_ended = state.face.has_ended();
+  return false;
 }
 
 void ShownStreams::take(const Continuation& continuation) noexcept {
@@ -46,7 +52,7 @@ void ShownStreams::take(const Continuation& continuation) noexcept {
 
 bool ShownStreams::pass(std::uint32_t stream_id, std::int64_t now_ns, ShownFrame& out) noexcept {
   State& state = states_[stream_id];
-  if (!state.is_silent) return false;
+  if (!state.is_silent && !state.has_ended) return false;
   const std::scoped_lock lock(state.mutex);
   if (!state.face.pass(now_ns - state.arrived_ns, out)) return false;
   count(state, out);
@@ -56,7 +62,7 @@ bool ShownStreams::pass(std::uint32_t stream_id, std::int64_t now_ns, ShownFrame
 bool ShownStreams::note_silence(std::uint32_t stream_id, bool is_silent) {
   State& state = states_[stream_id];
   state.is_silent = is_silent;
-  if (!is_silent) return false;
+  if (!is_silent && !state.has_ended) return false;
   const std::scoped_lock lock(state.mutex);
   return state.face.is_showing() || state.face.has_target() || state.is_preparing;
 }
@@ -101,9 +107,9 @@ void ShownStreams::go_to(std::uint32_t stream_id, const LiveTarget& target) {
 void ShownStreams::release(std::uint32_t stream_id) {
   State& state = states_[stream_id];
   const std::scoped_lock lock(state.mutex);
-  if (!state.face.has_target() && !state.is_preparing)
-    throw UserError("release", "there is no target", "go_to sets one");
-  if (state.is_preparing) state.is_called_off = true;
+  const bool is_coming = state.is_preparing && !state.is_called_off;
+  if (!state.face.has_target() && !is_coming) throw UserError("release", "there is no target", "go_to sets one");
+  if (is_coming) state.is_called_off = true;
   if (state.face.has_target()) state.face.release();
 }
 

@@ -31,10 +31,12 @@ class ShownStreams {
   /// Publisher thread, of everything that was published, in order. True if `out` is to be published.
   bool take(const OutputItem& item, ShownFrame& out) noexcept;
   void take(const Continuation& continuation) noexcept;
-  /// Publisher thread: time has come to CLOCK_MONOTONIC `now_ns`; for streams that are silent.
+  /// Publisher thread: time has come to CLOCK_MONOTONIC `now_ns`; for streams that are silent or have
+  /// ended.
   bool pass(std::uint32_t stream_id, std::int64_t now_ns, ShownFrame& out) noexcept;
 
-  /// I/O thread: whether the stream should be sending and does not. True if there is something to show meanwhile.
+  /// I/O thread: whether the stream should be sending and does not. True if there is something to show meanwhile, also
+  /// of a stream that has ended.
   bool note_silence(std::uint32_t stream_id, bool is_silent);
   /// I/O thread. Throws UserError: no face is there, another target is being prepared, numbers out of range.
   void go_to(std::uint32_t stream_id, const LiveTarget& target);
@@ -53,7 +55,7 @@ class ShownStreams {
     std::mutex mutex;  ///< of face, arrived_ns and is_called_off
     ShownFace face;
     std::int64_t arrived_ns = 0;  ///< the last frame, CLOCK_MONOTONIC
-    std::atomic<bool> is_silent{false}, is_preparing{false};
+    std::atomic<bool> is_silent{false}, has_ended{false}, is_preparing{false};
     bool is_called_off = false;              ///< the target that is being prepared; under the mutex
     std::unique_ptr<TransitionModel> model;  ///< of the thread that prepares
     Counter messages, predicted, targets;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 
 namespace risorius {
@@ -71,7 +72,7 @@ ShownFace::ShownFace(std::vector<double> upper_bound, const ShownOptions& option
 }
 
 void ShownFace::reset() noexcept {
-  has_solved_ = is_bridging_ = is_neutral_ = has_due_ = has_ahead_ = has_target_ = false;
+  has_solved_ = has_ended_ = is_bridging_ = is_neutral_ = has_due_ = has_ahead_ = has_target_ = false;
   offset_s_ = 0;
   frames_.clear();
   shown_.clear();
@@ -81,11 +82,22 @@ bool ShownFace::process(const AuFrame& frame, ShownFrame& out) noexcept {
   if (frame.count != upper_bound_.size()) return false;
   const std::int64_t now_ns = frame.header.capture_time_ns;
   if (now_ns < -kFarthestNs || now_ns > kFarthestNs) return false;
-  if (has_solved_ && (now_ns < last_ns_ || frame.header.set_id != solved_.header.set_id)) reset();
+  std::optional<Values> before;  // of the take before this one, which is rejoined: clocks may have begun anew
+  if (has_solved_ && frame.header.set_id != solved_.header.set_id) {
+    reset();
+  } else if (has_ended_ || (has_solved_ && now_ns < last_ns_)) {
+    if (!has_aus(frame)) {
+      end();
+      return false;
+    }
+    if (shown_.size() > 0) before = shown_[0].x;
+    reset();
+  }
   last_ns_ = now_ns;
   if (has_aus(frame)) {
     Values x{};
     for (std::size_t au = 0; au < upper_bound_.size(); ++au) x[au] = static_cast<float>(frame.intensity[au]);
+    if (before) change_source(now_ns, *before, x, options_.rejoin_s);
     if (is_bridging_ && !has_target_)
       change_source(now_ns, with_offset(live_source(now_ns), now_ns), x, options_.rejoin_s);
     is_bridging_ = is_neutral_ = false;

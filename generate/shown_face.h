@@ -63,8 +63,9 @@ class ShownFace {
   /// `silence_ns` after the last frame, and no other has come. False if there is nothing to show: no frame yet, or the
   /// face is neutral by now.
   bool pass(std::int64_t silence_ns, ShownFrame& out) noexcept;
-  /// The take ended: frames, target and all are forgotten.
-  void reset() noexcept;
+  /// The take ended: until another one brings a face, time passes as in silence.
+  void end() noexcept { has_ended_ = has_solved_; }
+  bool has_ended() const noexcept { return has_ended_; }
 
   /// Whether there is a face that can go somewhere.
   bool has_face() const noexcept { return has_solved_; }
@@ -103,6 +104,7 @@ class ShownFace {
     std::size_t next_ = 0, count_ = 0;
   };
 
+  void reset() noexcept;
   bool is_due(std::int64_t time_ns) noexcept;
   void show(std::int64_t time_ns, ShownFrame& out) noexcept;
   /// What would be shown without target and offset: the last solved frame, or its bridge.
@@ -121,7 +123,7 @@ class ShownFace {
   std::int64_t interval_ns_;
 
   AuFrame solved_;  // the last frame with AUs
-  bool has_solved_ = false, is_bridging_ = false, is_neutral_ = false;
+  bool has_solved_ = false, has_ended_ = false, is_bridging_ = false, is_neutral_ = false;
   std::int64_t last_ns_ = 0;  // of the last frame of all
   std::int64_t due_ns_ = 0;
   bool has_due_ = false;

@@ -276,13 +276,41 @@ TEST_F(Target, IsRefusedWithoutAFaceOrOutOfRange) {
   refused([](auto& t) { t.return_s = std::numeric_limits<double>::infinity(); });
 }
 
-TEST(ShownFace, TimeGoingBackBeginsAnew) {
+TEST(ShownFace, AClockThatGoesBackIsRejoinedWithoutAStep) {
   Shown shown;
   shown.talk_until(1000 * kMs, 0.3);
   shown.face.pass(100 * kMs, shown.out);
+  const double last = shown.first();
   ASSERT_TRUE(shown.face.process(frame_at(0, 0.9), shown.out));
+  EXPECT_EQ(shown.out.origin, ShownOrigin::kRejoin);
+  EXPECT_NEAR(shown.first(), last, 1e-6);
+  ASSERT_TRUE(shown.face.process(frame_at(2000 * kMs, 0.9), shown.out));
   EXPECT_EQ(shown.out.origin, ShownOrigin::kSolved);
   EXPECT_FLOAT_EQ(static_cast<float>(shown.first()), 0.9F);
+}
+
+TEST(ShownFace, ATakeThatEndedFadesAndTheNextOneIsRejoinedWhateverItsClock) {
+  for (const std::int64_t next_ns : {std::int64_t{0}, 60'000 * kMs}) {
+    for (const std::int64_t pause_ms : {0, 100, 4000}) {
+      Shown shown;
+      shown.talk_until(1000 * kMs, 0.9);
+      shown.face.end();
+      double last = 0.9;
+      for (std::int64_t ms = 1; ms <= pause_ms; ++ms) {
+        if (!shown.face.pass(ms * kMs, shown.out)) break;
+        EXPECT_LT(std::abs(shown.first() - last), kFastest_per_s * 1e-3);
+        last = shown.first();
+      }
+      EXPECT_FALSE(shown.face.process(without_face(next_ns), shown.out)) << "it has nothing to rejoin yet";
+      for (std::int64_t ms = 0; ms < 400; ++ms) {
+        ASSERT_TRUE(shown.face.process(frame_at(next_ns + ms * kMs, 0.1), shown.out));
+        EXPECT_LT(std::abs(shown.first() - last), kFastest_per_s * 1e-3) << ms << " ms after " << pause_ms;
+        last = shown.first();
+      }
+      EXPECT_NEAR(last, 0.1, 1e-6);
+      EXPECT_EQ(shown.out.origin, ShownOrigin::kSolved);
+    }
+  }
 }
 
 TEST(ShownFace, AllocatesNothing) {
