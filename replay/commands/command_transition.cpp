@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fmt/format.h>
 #include <memory>
+#include <optional>
 
 #include "capture/errors.h"
 #include "generate/transition_models.h"
@@ -25,7 +26,7 @@ struct TransitionArguments {
   std::string from, to, output, rig = "builtin";
   std::string model{kTransitionModelNames.front()};
   std::int64_t frames = 120, variants = 1;
-  double rate_hz = 120;
+  double rate_hz = 120, from_rate_hz = 0;  // 0: not given
 };
 
 std::string model_names() {
@@ -71,7 +72,10 @@ void generate(const TransitionArguments& arguments) {
     outputs.push_back(variant_path(arguments, variant));
   check_outputs({arguments.from, arguments.to}, outputs);
   check_output_name(arguments.output, "an AU series", {".csv"});
-  const TransitionEnds ends = transition_ends(arguments.from, arguments.to, rig_of_argument(arguments.rig).au_names());
+  const TransitionEnds ends = transition_ends(
+      arguments.from, arguments.to, rig_of_argument(arguments.rig).au_names(),
+      {.rate_hz = arguments.rate_hz,
+       .from_rate_hz = arguments.from_rate_hz > 0 ? std::optional(arguments.from_rate_hz) : std::nullopt});
   if (ends.names.size() > kMaxAus)
     throw UserError(arguments.from, fmt::format("{} AUs", ends.names.size()), fmt::format("at most {}", kMaxAus));
   for (const std::string& note : ends.notes) fmt::print("note: {}\n", note);
@@ -118,6 +122,10 @@ void add_transition_command(CLI::App& app) {
   command->add_option("--rate", arguments->rate_hz, "frames per second")
       ->check(number_between(1, 2000))
       ->capture_default_str();
+  command
+      ->add_option("--from-rate", arguments->from_rate_hz,
+                   "frames per second of the start's series (default: what its timecodes say, else --rate)")
+      ->check(number_between(1, 2000));
   command->add_option("--variants", arguments->variants, "varied repetitions, one file each")
       ->check(number_between(1, 1000))
       ->capture_default_str();

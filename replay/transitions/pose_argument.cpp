@@ -22,19 +22,26 @@ using Eigen::Index;
 struct End {
   std::string argument;
   std::optional<AuSeries> series;
-  std::size_t row = 0;  ///< of the series
+  std::size_t row = 0;            ///< of the series
+  std::optional<double> rate_hz;  ///< of the series, where it is known
 };
 
-AuSeries load_series(const std::string& path) {
-  if (!is_live_link_csv(path)) return load_au_csv(path);
-  return aus_of_shapes(load_live_link_csv(path).shapes, shipped_arkit_table(), JawColumns::kWhole, true);
+void load_series(const std::string& path, std::optional<double> rate_hz, End& end) {
+  end.rate_hz = rate_hz;
+  if (!is_live_link_csv(path)) {
+    end.series = load_au_csv(path);
+    return;
+  }
+  const LiveLinkTake take = load_live_link_csv(path, rate_hz);
+  end.rate_hz = take.rate_hz;
+  end.series = aus_of_shapes(take.shapes, shipped_arkit_table(), JawColumns::kWhole, true);
 }
 
 /// A series is a file that is there; "FILE:FRAME" one of its frames.
-End end_of_argument(const std::string& argument, bool is_start) {
-  End end{argument, std::nullopt, 0};
+End end_of_argument(const std::string& argument, bool is_start, std::optional<double> rate_hz = {}) {
+  End end{argument, std::nullopt, 0, std::nullopt};
   if (std::filesystem::is_regular_file(argument)) {
-    end.series = load_series(argument);
+    load_series(argument, rate_hz, end);
     end.row = is_start ? end.series->frames.size() - 1 : 0;
     return end;
   }
@@ -45,7 +52,7 @@ End end_of_argument(const std::string& argument, bool is_start) {
       throw UserError(path, "is no file", "give an AU series, or an expression: " + expression_names());
     return end;
   }
-  end.series = load_series(path);
+  load_series(path, rate_hz, end);
   const std::string_view digits = std::string_view(argument).substr(colon + 1);
   std::uint64_t number = 0;
   const auto [last, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
@@ -93,21 +100,37 @@ Eigen::RowVectorXf expression_of(const End& end, const std::vector<std::string>&
       .cast<float>();
 }
 
+/// The rows up to the start, at the course's rate: between two of the file's they lie on a line.
+AuMatrix past_of(const End& start, const std::vector<std::string>& names, const TransitionEndOptions& options,
+                 std::vector<std::string>& notes) {
+  const double rows_per_frame = start.rate_hz.value_or(options.rate_hz) / options.rate_hz;
+  const auto last = static_cast<double>(start.row);
+  const Index rows = std::min<Index>(options.most_past_frames, static_cast<Index>(last / rows_per_frame + 1e-9) + 1);
+  AuMatrix past(rows, static_cast<Index>(names.size()));
+  for (Index row = 0; row < rows; ++row) {
+    const double at = std::max(0.0, last - static_cast<double>(rows - 1 - row) * rows_per_frame);
+    const auto before = static_cast<std::size_t>(at);
+    const auto share = static_cast<float>(at - static_cast<double>(before));
+    const std::size_t after = std::min(start.row, before + 1);
+    std::vector<std::string>* const noted = row + 1 == rows ? &notes : nullptr;
+    past.row(row) = row_of(start, before, names, noted);
+    if (share > 0) past.row(row) += share * (row_of(start, after, names, nullptr) - past.row(row));
+  }
+  return past;
+}
+
 }  // namespace
 
 TransitionEnds transition_ends(const std::string& from, const std::string& to,
-                               const std::vector<std::string>& default_names, Index most_past_frames) {
-  const End start = end_of_argument(from, true), end = end_of_argument(to, false);
+                               const std::vector<std::string>& default_names, const TransitionEndOptions& options) {
+  const End start = end_of_argument(from, true, options.from_rate_hz), end = end_of_argument(to, false);
   TransitionEnds ends;
   ends.names = start.series ? start.series->names : end.series ? end.series->names : default_names;
-  const auto aus = static_cast<Index>(ends.names.size());
   if (start.series) {
-    const Index rows = std::min<Index>(most_past_frames, static_cast<Index>(start.row) + 1);
-    ends.past.resize(rows, aus);
-    for (Index row = 0; row < rows; ++row) {
-      const bool is_last = row + 1 == rows;
-      ends.past.row(row) = row_of(start, start.row - static_cast<std::size_t>(rows - 1 - row), ends.names,
-                                  is_last ? &ends.notes : nullptr);
+    ends.past = past_of(start, ends.names, options, ends.notes);
+    if (!start.rate_hz && start.row > 0) {
+      ends.notes.push_back(fmt::format("{} states no rate: {:g} Hz assumed, by which its velocity goes", start.argument,
+                                       options.rate_hz));
     }
   } else {
     ends.past = expression_of(start, ends.names, ends.notes);

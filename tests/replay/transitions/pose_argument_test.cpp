@@ -36,10 +36,26 @@ TEST_F(Ends, ASeriesStartsAtItsLastFrameWithItsPastAndEndsAtItsFirst) {
   ASSERT_EQ(from.past.rows(), 3);
   EXPECT_FLOAT_EQ(from.past(2, 0), 0.4F);
   EXPECT_FLOAT_EQ(from.past(2, 1), 0.5F);
-  EXPECT_EQ(transition_ends(series, "neutral", kDefaults, 2).past.rows(), 2);
+  EXPECT_EQ(transition_ends(series, "neutral", kDefaults, {.most_past_frames = 2}).past.rows(), 2);
   const TransitionEnds to = transition_ends("neutral", series, kDefaults);
   EXPECT_EQ(to.names, from.names);
   EXPECT_FLOAT_EQ(to.target[0], 0.1F);
+}
+
+TEST_F(Ends, ThePastComesAtTheCoursesRateWhateverTheFiles) {
+  // 0.1 in 1/30 s: 3 per s, also in frames of 1/120 s.
+  const std::string series = write("a.csv", "Frame,AU12L\n0,0.1\n1,0.2\n2,0.3\n");
+  const TransitionEnds ends = transition_ends(series, "neutral", kDefaults, {.rate_hz = 120, .from_rate_hz = 30});
+  ASSERT_EQ(ends.past.rows(), 9);
+  for (Eigen::Index row = 0; row < 9; ++row)
+    EXPECT_NEAR(ends.past(row, 0), 0.1 + 0.025 * static_cast<double>(row), 1e-6);
+  EXPECT_TRUE(ends.notes.empty());
+  const TransitionEnds fast = transition_ends(series, "neutral", kDefaults, {.rate_hz = 15, .from_rate_hz = 30});
+  ASSERT_EQ(fast.past.rows(), 2);
+  EXPECT_NEAR(fast.past(0, 0), 0.1, 1e-6);
+  const TransitionEnds unknown = transition_ends(series, "neutral", kDefaults);
+  ASSERT_EQ(unknown.notes.size(), 1u);
+  EXPECT_NE(unknown.notes[0].find("states no rate: 120 Hz assumed"), std::string::npos) << unknown.notes[0];
 }
 
 TEST_F(Ends, AFrameIsChosenByItsNumber) {
