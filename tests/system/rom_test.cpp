@@ -16,13 +16,14 @@ TEST(RomLive, AsksForPosesAndChecksEach) {
   TemporaryFolder folder;
   const std::string tool = program("risorius").string();
   const auto take = (folder.path() / "rom.c3d").string(), table = (folder.path() / "poses.csv").string();
-  // The inner brows rise once, for a second and a half; the jaw never goes sideways.
+  // The inner brows rise once, for a second and a half, late enough for a slow machine to have begun to listen; the jaw
+  // never goes sideways.
   const auto curve = (folder.path() / "brows.csv").string();
   {
     std::ofstream file(curve);
     file << "Frame,AU1L,AU1R\n";
-    for (int frame = 0; frame < 600; ++frame) {
-      const double x = std::clamp(std::min((frame - 40) / 24.0, (156 - frame) / 24.0), 0.0, 1.0);
+    for (int frame = 0; frame < 780; ++frame) {
+      const double x = std::clamp(std::min((frame - 180) / 24.0, (296 - frame) / 24.0), 0.0, 1.0);
       file << frame << ',' << x << ',' << 0.9 * x << '\n';
     }
   }
@@ -32,7 +33,7 @@ TEST(RomLive, AsksForPosesAndChecksEach) {
                        "[[source]]\nname = \"face\"\nlisten = \"udp://127.0.0.1:0\"\nrig = \"builtin\"\n", "",
                        Recording::kOff);
   ASSERT_TRUE(daemon.up());
-  Process rom({tool, "rom", "--connect", daemon.publish(), "--seconds", "4", "--tries", "1", "--pose", "AU1", "--pose",
+  Process rom({tool, "rom", "--connect", daemon.publish(), "--seconds", "6", "--tries", "1", "--pose", "AU1", "--pose",
                "AU30R", "-o", table});
   const auto played = run({tool, "replay", take, "--to", daemon.input("face")});
   ASSERT_EQ(played.exit_code, 0) << played.output;
