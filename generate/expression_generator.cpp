@@ -141,7 +141,7 @@ void ExpressionGenerator::generate(const TransitionRequest& request, AuMatrix& r
   Eigen::RowVectorXf row(aus);
   for (Eigen::Index frame = 0; frame < request.frames; ++frame) {
     const float u = static_cast<float>(frame + 1) / static_cast<float>(request.frames);
-    transition_base(net.features, u * seconds, seconds, row);
+    transition_base_at(net.features.base, u * seconds, seconds, row);
     transition_spline(u, spline);
     row += transition_envelope(u) * (net.coefficients * spline).cwiseProduct(net.features.scale).transpose();
     result.row(frame) = row.cwiseMax(0.0F).cwiseMin(kMostTransitionIntensity);
@@ -149,10 +149,11 @@ void ExpressionGenerator::generate(const TransitionRequest& request, AuMatrix& r
   result.row(request.frames - 1) = request.target.transpose().cwiseMax(0.0F).cwiseMin(kMostTransitionIntensity);
 }
 
-Eigen::Index ExpressionGenerator::expected_frames(TransitionRequest request) {
+Eigen::Index ExpressionGenerator::expected_frames(const TransitionRequest& request) {
   Network& net = *network_;
-  request.frames = 1;
-  net.maker.make(request, net.features);
+  TransitionRequest asked = request;
+  asked.frames = 1;  // of the features that are read, none depends on it
+  net.maker.make(asked, net.features);
   Eigen::ArrayXf hidden(kDurationUnits);
   net.duration_hidden.process({net.features.whole.data(), kTransitionWholeWidth},
                               {hidden.data(), static_cast<std::size_t>(kDurationUnits)});

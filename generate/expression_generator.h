@@ -26,8 +26,8 @@ class ExpressionGenerator final : public TransitionModel {
 
   std::string_view name() const noexcept override { return "expression_generator"; }
   void generate(const TransitionRequest& request, AuMatrix& result) override;
-  /// How many frames a face would take, 41 to 402 at 120 Hz; `request.frames` is not read.
-  Eigen::Index expected_frames(TransitionRequest request);
+  /// 41 to 402 at 120 Hz.
+  Eigen::Index expected_frames(const TransitionRequest& request) override;
 
  private:
   struct Network;

@@ -26,6 +26,9 @@ class TransitionModel {
   /// Fills `result` (N x A): its last row is the target, its intensities within [0, 1.2].
   /// Throws std::invalid_argument for requests whose sizes do not fit or that are not finite.
   virtual void generate(const TransitionRequest& request, AuMatrix& result) = 0;
+  /// How many frames a face would take for it; 0 if the model cannot tell. `request.frames` is not read. Throws as
+  /// generate().
+  virtual Eigen::Index expected_frames(const TransitionRequest&) { return 0; }
 };
 
 }  // namespace risorius

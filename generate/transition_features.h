@@ -1,15 +1,11 @@
-// What the Expression-Generator's network sees of a transition, and the curve that it corrects. One definition for the
+// What the Expression-Generator's network sees of a transition, and where its word counts. One definition for the
 // trainer and the runtime.
 //
-//   x(t) = x0 + d m(u) + v0 t w(t / tau) + a0 t^2 / 2 w(t / tau_a) + j0 t^3 / 6 w(t / tau_j) + s e(u) r(u),
-//   u = t / T                                                                                                     (1)
+//   x(t) = b(t) + s e(u) r(u),    u = t / T                                                                        (2)
 //
-// x0, v0, a0, j0 are value, velocity, acceleration and jerk of the past at its last frame (generate/end_motion.h), d
-// the way to the target, m the minimum-jerk curve, w falls from 1 to 0 with two zero derivatives at both ends. tau =
-// min(T, 0.25 s), shorter where the velocity would add more than 0.5 until then; tau_a and tau_j likewise for 0.05,
-// 1/30 s at least, but an acceleration that brakes may take off all that the velocity adds. r is the network's: a cubic
-// B-spline of kTransitionKnots coefficients. e = 64 u^3 (1 - u)^3 and its first two derivatives are 0 at both ends, so
-// x leaves x0 with v0 and a0 and reaches the target at rest, whatever r is.
+// b is the base curve (generate/transition_base.h), r the network's: a cubic B-spline of kTransitionKnots coefficients.
+// e = 64 u^3 (1 - u)^3 and its first two derivatives are 0 at both ends, so x leaves and arrives as b does, whatever r
+// is.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,6 +14,7 @@
 
 #include "generate/au_kind.h"
 #include "generate/transition.h"
+#include "generate/transition_base.h"
 
 namespace risorius {
 
@@ -31,11 +28,10 @@ inline constexpr float kMostTransitionIntensity = 1.2F;
 
 /// Of one transition, a row per AU.
 struct TransitionFeatures {
-  Eigen::VectorXf start, change, velocity_per_s, acceleration_per_s2, jerk_per_s3;
-  Eigen::VectorXf velocity_fade_s, acceleration_fade_s, jerk_fade_s;  ///< tau, tau_a, tau_j of (1)
-  Eigen::VectorXf scale;                                              ///< s of (1), > 0
-  AuMatrix past;                                                      ///< A x (steps x width), step after step
-  AuMatrix fixed;                                                     ///< A x kTransitionFixedWidth
+  TransitionBase base;
+  Eigen::VectorXf scale;  ///< s of (2), > 0
+  AuMatrix past;          ///< A x (steps x width), step after step
+  AuMatrix fixed;         ///< A x kTransitionFixedWidth
   Eigen::VectorXf whole;  ///< kTransitionWholeWidth; does not depend on the duration
 };
 
@@ -56,15 +52,11 @@ class TransitionFeatureMaker {
   std::vector<std::size_t> other_;
 };
 
-/// 10 u^3 - 15 u^4 + 6 u^5.
-float minimum_jerk(float u) noexcept;
-/// e of (1).
+/// e of (2).
 float transition_envelope(float u) noexcept;
 /// Weights of the spline's coefficients at u; four of them are not 0.
 void transition_spline(float u, Eigen::Ref<Eigen::VectorXf> weights) noexcept;
 /// kTransitionStepWidth inputs at the place of knot k in a transition of `seconds`.
 void transition_step_inputs(Eigen::Index knot, float seconds, Eigen::Ref<Eigen::VectorXf> inputs) noexcept;
-/// (1) without its last term, at time t_s of a transition of `seconds`; all AUs.
-void transition_base(const TransitionFeatures& features, float t_s, float seconds, Eigen::Ref<Eigen::RowVectorXf> row);
 
 }  // namespace risorius

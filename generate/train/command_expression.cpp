@@ -7,6 +7,7 @@
 #include "generate/train/training_command.h"
 #include "generate/train/training_corpus.h"
 #include "generate/transition_features.h"
+#include "replay/corpus/augmentation.h"
 
 namespace risorius {
 namespace {
@@ -21,10 +22,6 @@ struct ExpressionArguments : TrainingArguments {
   double recorded_share = 0.5;
   ExpressionNetworkOptions network;
 };
-
-torch::Tensor curves(const TransitionTensors& data, const torch::Tensor& coefficients, const torch::Tensor& basis) {
-  return data.base + data.scale.unsqueeze(1) * coefficients.matmul(basis);
-}
 
 /// Mean over the course, summed over AUs: one number per transition.
 torch::Tensor errors(const torch::Tensor& curve, const TransitionTensors& data) {
@@ -52,7 +49,7 @@ double npss_of(const torch::Tensor& curve, const TransitionTensors& data) {
 /// their variety loss).
 torch::Tensor member_loss(ExpressionMember& member, const TransitionTensors& batch, const torch::Tensor& basis) {
   const auto error = [&](const torch::Tensor& noise) {
-    return errors(curves(batch, member->forward(batch, noise), basis), batch);
+    return errors(courses_of(batch, member->forward(batch, noise), basis), batch);
   };
   const torch::Tensor none = torch::zeros({batch.transitions, kTransitionNoise});
   const torch::Tensor expected = error(none).mean();
@@ -73,7 +70,8 @@ torch::Tensor step_loss(ExpressionNetwork& network, const TransitionTensors& dat
   return loss / static_cast<double>(network->members.size());
 }
 
-/// Of held-out transitions, with the error of the better of straight line and minimum jerk.
+/// Of the validation's transitions (the test's are left to the bench), with the error of the better of straight line
+/// and minimum jerk.
 struct HeldOut {
   std::string name;
   TransitionTensors data;
@@ -94,6 +92,16 @@ HeldOut held_out(std::string name, const std::vector<std::string>& names,
   return result;
 }
 
+/// The validation's, from the third of their way on.
+std::vector<Transition> begun_under_way(const TrainingCorpora& corpora) {
+  std::vector<Transition> begun;
+  for (const TransitionCorpus* corpus : {&corpora.recorded, &corpora.expressions, &corpora.motions}) {
+    for (const Transition* one : part_of(*corpus, CorpusPart::kValidation))
+      begun.push_back(under_way(*one, one->course.rows() / 3));
+  }
+  return begun;
+}
+
 void train_expression_generator(ExpressionArguments arguments) {
   begin_training(arguments.training);
   const std::optional<std::filesystem::path> recording = arguments.recording_path();
@@ -105,19 +113,23 @@ void train_expression_generator(ExpressionArguments arguments) {
   const TransitionTensors data = transition_tensors(corpora.names, pointers, kCorpusRateHz, kIdleShare);
   std::vector<HeldOut> held;
   if (recording) {
-    held.push_back(held_out("recorded validation", corpora.names, part_of(corpora.recorded, CorpusPart::kValidation)));
-    held.push_back(held_out("recorded test", corpora.names, part_of(corpora.recorded, CorpusPart::kTest)));
+    held.push_back(held_out("recorded", corpora.names, part_of(corpora.recorded, CorpusPart::kValidation)));
   }
-  held.push_back(held_out("expressions test", corpora.names, part_of(corpora.expressions, CorpusPart::kTest)));
-  held.push_back(held_out("motions test", corpora.names, part_of(corpora.motions, CorpusPart::kTest)));
+  held.push_back(held_out("expressions", corpora.names, part_of(corpora.expressions, CorpusPart::kValidation)));
+  held.push_back(held_out("motions", corpora.names, part_of(corpora.motions, CorpusPart::kValidation)));
+
+  const std::vector<Transition> begun = begun_under_way(corpora);
+  std::vector<const Transition*> begun_pointers;
+  for (const Transition& one : begun) begun_pointers.push_back(&one);
+  held.push_back(held_out("under way", corpora.names, begun_pointers));
 
   ExpressionNetwork network(arguments.network);
-  const torch::Tensor basis = residual_basis().t().contiguous();
+  const torch::Tensor basis = residual_basis();
   const auto measure = [&] {
     Measurements measured;
     for (const HeldOut& one : held) {
       const torch::Tensor curve =
-          curves(one.data, network->forward(one.data), basis).clamp(0, kMostTransitionIntensity);
+          courses_of(one.data, network->forward(one.data), basis).clamp(0, kMostTransitionIntensity);
       measured.emplace_back(one.name + ": MSE to the better interpolation's",
                             errors(curve, one.data).mean().item<double>() / one.interpolation);
       measured.emplace_back(one.name + ": NPSS to the better interpolation's",
@@ -145,7 +157,7 @@ void train_expression_generator(ExpressionArguments arguments) {
 
 void add_expression_command(CLI::App& app) {
   auto arguments = std::make_shared<ExpressionArguments>();
-  arguments->training.steps = 500;
+  arguments->training.steps = 1000;
   arguments->training.learning_rate = 3e-3;
   CLI::App* command = app.add_subcommand("expression-generator", "train the default Expression-Generator");
   add_recording_option(*command, *arguments);

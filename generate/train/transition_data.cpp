@@ -66,8 +66,8 @@ TransitionTensors transition_tensors(const std::vector<std::string>& names,
     const auto duration = static_cast<float>(static_cast<double>(frames) / rate_hz);
     AuMatrix curve(kCourseSamples, row.size());
     for (Eigen::Index j = 0; j < kCourseSamples; ++j) {
-      transition_base(features, duration * static_cast<float>(j + 1) / static_cast<float>(kCourseSamples), duration,
-                      row);
+      const float t_s = duration * static_cast<float>(j + 1) / static_cast<float>(kCourseSamples);
+      transition_base_at(features.base, t_s, duration, row);
       curve.row(j) = row;
     }
     for (Eigen::Index k = 0; k < row.size(); ++k) {
@@ -103,14 +103,18 @@ TransitionTensors transition_tensors(const std::vector<std::string>& names,
 }
 
 torch::Tensor residual_basis() {
-  torch::Tensor basis = torch::zeros({kCourseSamples, kTransitionKnots});
+  torch::Tensor basis = torch::zeros({kTransitionKnots, kCourseSamples});
   Eigen::VectorXf weights(kTransitionKnots);
   for (Eigen::Index j = 0; j < kCourseSamples; ++j) {
     const float u = static_cast<float>(j + 1) / static_cast<float>(kCourseSamples);
     transition_spline(u, weights);
-    for (Eigen::Index k = 0; k < kTransitionKnots; ++k) basis[j][k] = transition_envelope(u) * weights(k);
+    for (Eigen::Index k = 0; k < kTransitionKnots; ++k) basis[k][j] = transition_envelope(u) * weights(k);
   }
   return basis;
+}
+
+torch::Tensor courses_of(const TransitionTensors& data, const torch::Tensor& coefficients, const torch::Tensor& basis) {
+  return data.base + data.scale.unsqueeze(1) * coefficients.matmul(basis);
 }
 
 }  // namespace risorius

@@ -32,7 +32,10 @@ TransitionTensors transition_tensors(const std::vector<std::string>& names,
                                      std::span<const Transition* const> transitions, double rate_hz,
                                      int idle_share = 1);
 
-/// kCourseSamples x kTransitionKnots: what the spline's coefficients add, with the envelope.
+/// kTransitionKnots x kCourseSamples: what the spline's coefficients add, with the envelope.
 torch::Tensor residual_basis();
+/// x of (2) in generate/transition_features.h, before it is cut to the bounds: R x kCourseSamples. `coefficients`: R x
+/// kTransitionKnots.
+torch::Tensor courses_of(const TransitionTensors& data, const torch::Tensor& coefficients, const torch::Tensor& basis);
 
 }  // namespace risorius

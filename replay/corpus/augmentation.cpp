@@ -8,6 +8,7 @@ namespace risorius {
 namespace {
 
 constexpr double kMostDeviations = 2;
+constexpr double kEarliest = 0.1, kLatest = 0.7;  ///< of the way, where a transition begins under way
 
 double drawn_factor(double deviation, Random& random) {
   return std::exp(deviation * std::clamp(random.gaussian(), -kMostDeviations, kMostDeviations));
@@ -57,7 +58,19 @@ Transition vary(const Transition& original, const std::vector<std::size_t>& mirr
   fill(result.past, 1 - original.past.rows());
   result.course.resize(frames, original.course.cols());
   fill(result.course, 1);
-  return result;
+  if (!random.chance(options.under_way)) return result;
+  return under_way(result, static_cast<Eigen::Index>(random.uniform(kEarliest, kLatest) * static_cast<double>(frames)));
+}
+
+Transition under_way(const Transition& whole, Eigen::Index first) {
+  const Eigen::Index past = whole.past.rows();
+  AuMatrix rows(past + whole.course.rows(), whole.course.cols());
+  rows << whole.past, whole.course;
+  Transition rest = whole;
+  rest.begin_s += static_cast<double>(first) / kCorpusRateHz;
+  rest.past = rows.middleRows(first, past);
+  rest.course = rows.bottomRows(whole.course.rows() - first);
+  return rest;
 }
 
 }  // namespace risorius

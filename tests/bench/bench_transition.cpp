@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <fmt/core.h>
 #include <memory>
 #include <set>
@@ -17,6 +18,7 @@
 #include "generate/seed_generator.h"
 #include "generate/transition_models.h"
 #include "replay/corpus/expression_corpus.h"
+#include "replay/performer/action_statistics.h"
 #include "replay/performer/random.h"
 #include "replay/transitions/transition_picture.h"
 #include "support/test_data.h"
@@ -96,6 +98,50 @@ const ModelResult& best_interpolation(const std::vector<ModelResult>& results, V
     if (result.is_interpolation && (best == nullptr || value(result) < value(*best))) best = &result;
   }
   return *best;
+}
+
+double frames_of(const TransitionCase& one) { return static_cast<double>(one.transition.course.rows()); }
+
+/// How far `expected` is off the true durations, as a factor: the median over a group.
+template <class Expected>
+double duration_factor(const TransitionCases& cases, const Group& group, Expected expected) {
+  std::vector<double> off;
+  for (const TransitionCase& one : cases.cases) {
+    if (group.holds(one)) off.push_back(std::abs(std::log(expected(one) / frames_of(one))));
+  }
+  return std::exp(quantile_of(off, 0.5));
+}
+
+/// Beside one duration for all: the median of those that were trained on.
+void report_durations(const TransitionCases& cases, TransitionModel& model, BenchReport& to) {
+  std::vector<double> known;
+  for (const TransitionCase& one : cases.cases)
+    if (one.is_seen) known.push_back(frames_of(one));
+  const double usual = quantile_of(known, 0.5);
+  for (const Group& group : {kGroups[0], kGroups[3]}) {
+    to.add(group.name + ": default: duration off by", duration_factor(cases, group, [&](const TransitionCase& one) {
+             return static_cast<double>(
+                 model.expected_frames({.past = one.transition.past,
+                                        .target = one.transition.course.row(one.transition.course.rows() - 1),
+                                        .rate_hz = kCorpusRateHz}));
+           }));
+    to.add(group.name + ": one duration for all: off by",
+           duration_factor(cases, group, [&](const TransitionCase&) { return usual; }));
+  }
+}
+
+/// Of transitions that begin while the face moves, as live targets do.
+void report_under_way(const std::vector<ModelResult>& results, BenchReport& to) {
+  const ModelResult& own = results.front();
+  for (const Group& group : {kGroups[0], kGroups[3]}) {
+    const auto mse = [&](const ModelResult& r) { return summary_of(r.made, group.holds).mse; };
+    const TransitionSummary s = summary_of(own.made, group.holds);
+    to.add(group.name + ", under way: default / best interpolation, MSE",
+           s.mse / mse(best_interpolation(results, mse)));
+    to.add(group.name + ", under way: default: start value / truth's", s.value_ratio);
+    to.add(group.name + ", under way: default: start velocity / truth's", s.velocity_ratio);
+    to.add(group.name + ", under way: default: start acceleration / truth's", s.acceleration_ratio);
+  }
 }
 
 void report(const std::vector<ModelResult>& results, BenchReport& to) {
@@ -229,9 +275,14 @@ int bench(const Arguments& arguments) {
   fmt::print("written: build/bench/transition.csv, transition_aus.csv, transition_jumps.csv\n");
   write_seed003_tables(arguments.tables, cases, results);
   fmt::print("written: {}: seed 003's tables\n", arguments.tables.string());
+  const TransitionCases begun = begun_under_way(cases);
+  const std::vector<ModelResult> results_under_way = make_results(models, begun);
+  for (const Group& group : kGroups) print_group(group.name + ", under way", results_under_way, group.holds);
   if (!arguments.is_standard) return 0;
   BenchReport to("transition");
   report(results, to);
+  report_under_way(results_under_way, to);
+  report_durations(cases, *models.front(), to);
   return to.finish();
 }
 

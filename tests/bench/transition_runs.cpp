@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "replay/corpus/augmentation.h"
 #include "replay/corpus/expression_corpus.h"
 #include "replay/progress_line.h"
 
@@ -34,6 +35,12 @@ TransitionCases transition_cases(const std::vector<std::filesystem::path>& takes
     if (!is_seen || one.variant < kSeenVariants) result.cases.push_back({std::move(one), false, is_seen});
   }
   return result;
+}
+
+TransitionCases begun_under_way(const TransitionCases& cases) {
+  TransitionCases begun = cases;
+  for (TransitionCase& one : begun.cases) one.transition = under_way(one.transition, one.transition.course.rows() / 3);
+  return begun;
 }
 
 std::vector<MadeTransition> make_all(const TransitionCases& cases, TransitionModel& model) {

@@ -28,6 +28,9 @@ struct TransitionCases {
 /// three variants that were trained on and the two that were held out.
 TransitionCases transition_cases(const std::vector<std::filesystem::path>& takes, const std::string& trained_take);
 
+/// All of them from the third of their way on.
+TransitionCases begun_under_way(const TransitionCases& cases);
+
 struct MadeTransition {
   const TransitionCase* of = nullptr;
   AuMatrix course;

@@ -133,6 +133,18 @@ TEST(ExpressionGenerator, OneRowOfPastSuffices) {
   EXPECT_LE(frames, 402);
 }
 
+TEST(ExpressionGenerator, ExpectsTheSameSecondsAtAnyRateAndWhateverIsAskedFor) {
+  ExpressionGenerator generator(wild_weights(), "test", kNames);
+  TransitionRequest request = request_of(1, 0);
+  const Eigen::Index at_120 = generator.expected_frames(request);
+  request.frames = 400;
+  EXPECT_EQ(generator.expected_frames(request), at_120);
+  request.rate_hz = 60;
+  EXPECT_NEAR(static_cast<double>(generator.expected_frames(request)), static_cast<double>(at_120) / 2, 1);
+  request.past(19, 0) = std::nanf("");
+  EXPECT_THROW(generator.expected_frames(request), std::invalid_argument);
+}
+
 TEST(ExpressionGenerator, GivesTheSameCourseAtAnyRate) {
   ExpressionGenerator generator(wild_weights(), "test", kNames);
   TransitionRequest request = request_of(120, 0);

@@ -54,6 +54,17 @@ TEST(ShippedModels, TheGeneratorSmilesOnceAndCalmly) {
   EXPECT_LT(course.col(5).maxCoeff(), 0.15F);
 }
 
+TEST(ShippedModels, ALargeExpressionIsExpectedToTakeLongerThanASmallOne) {
+  const auto generator = shipped_expression_generator(kNames);
+  TransitionRequest small = smile(), large = smile();
+  small.target *= 0.25F;
+  large.target.head(6).setConstant(1);
+  const Eigen::Index frames = generator->expected_frames(smile());
+  EXPECT_GT(frames, 41) << "0.34 s: the shortest that it says";
+  EXPECT_LT(frames, 240);
+  EXPECT_LT(generator->expected_frames(small), generator->expected_frames(large));
+}
+
 TEST(ShippedModels, RepetitionsOfOneTransitionVary) {
   const auto generator = shipped_expression_generator(kNames);
   TransitionRequest request = smile();

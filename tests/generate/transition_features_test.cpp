@@ -1,91 +1,85 @@
 #include "generate/transition_features.h"
 
-#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
-#include <random>
+#include <limits>
+#include <stdexcept>
 
 namespace risorius {
 namespace {
 
-constexpr double kRate_hz = 120;
+const std::vector<std::string> kNames{"AU12L", "AU12R", "AU27"};
 
-/// One AU whose value at time t (s, 0 at the last frame) is `value(t)`, on its way to `target`.
-template <class Value>
-TransitionFeatures features_of(Value value, float target = 0.5F) {
+/// A smile on its way from t = 0 (the last row) on; the jaw rests.
+TransitionRequest request_of(double rate_hz, float strength = 1) {
   TransitionRequest request;
-  request.rate_hz = kRate_hz;
-  request.frames = 120;
-  request.past.resize(20, 1);
-  for (Eigen::Index row = 0; row < 20; ++row)
-    request.past(row, 0) = static_cast<float>(value(static_cast<double>(row - 19) / kRate_hz));
-  request.target.setConstant(1, target);
+  request.rate_hz = rate_hz;
+  request.frames = static_cast<Eigen::Index>(rate_hz);
+  const auto rows = static_cast<Eigen::Index>(std::lround(rate_hz / 6));
+  request.past = AuMatrix::Zero(rows, 3);
+  for (Eigen::Index row = 0; row < rows; ++row) {
+    const auto t = static_cast<float>(static_cast<double>(row - rows + 1) / rate_hz);
+    request.past(row, 0) = strength * (0.2F + 0.9F * t);
+    request.past(row, 1) = strength * (0.2F + 0.5F * t);
+  }
+  request.target = strength * Eigen::Vector3f(0.6F, 0.5F, 0);
+  return request;
+}
+
+TransitionFeatures features_of(const TransitionRequest& request) {
   TransitionFeatures features;
-  TransitionFeatureMaker({"AU12L"}).make(request, features);
+  TransitionFeatureMaker(kNames).make(request, features);
   return features;
 }
 
-TEST(TransitionFeatures, MotionIsThatOfThePastsEndWhereThePastIsSmooth) {
-  // An onset: its acceleration changes within the longest window.
-  const double rate = 12, amplitude = 0.01;
-  const TransitionFeatures features =
-      features_of([&](double t) { return 0.2 + amplitude * (std::sin(rate * t) + std::cos(rate * t)); });
-  EXPECT_NEAR(features.velocity_per_s(0), amplitude * rate, 0.01 * amplitude * rate);
-  // Taken by a parabola, so of a moment half a window before the end.
-  EXPECT_NEAR(features.acceleration_per_s2(0), -amplitude * rate * rate, 0.15 * amplitude * rate * rate + 0.3);
+TEST(TransitionFeatures, ThePastIsToldTwentyMillisecondsApartAtAnyRate) {
+  const TransitionFeatures at_120 = features_of(request_of(120)), at_50 = features_of(request_of(50));
+  EXPECT_LT((at_120.past - at_50.past).cwiseAbs().maxCoeff(), 1e-3F);
+  // 0.9 per second, in units of the scale, and the other side beside it.
+  const Eigen::Index before = (kTransitionPastSteps - 2) * kTransitionPastWidth;
+  EXPECT_NEAR(at_120.past(0, before), -0.02F * 0.9F / at_120.scale(0), 1e-3F);
+  EXPECT_NEAR(at_120.past(0, before + 1), -0.02F * 0.5F / at_120.scale(1), 1e-3F);
+  EXPECT_EQ(at_120.past(0, before + kTransitionPastWidth), 0) << "the last row is where all begins";
 }
 
-TEST(TransitionFeatures, NoiseOfARestingFaceIsNotTakenForMotion) {
-  std::mt19937 random(7);
-  std::normal_distribution<double> noise(0, 0.004);
-  double squares = 0;
-  constexpr int kFaces = 200;
-  for (int face = 0; face < kFaces; ++face) {
-    const TransitionFeatures features = features_of([&](double) { return 0.3 + noise(random); });
-    squares += std::pow(features.velocity_per_s(0), 2);
+TEST(TransitionFeatures, TheScaleFollowsTheWay) {
+  const TransitionFeatures weak = features_of(request_of(120, 0.5F)), strong = features_of(request_of(120));
+  EXPECT_NEAR(weak.scale(0) / strong.scale(0), 0.5F, 0.01F);
+  EXPECT_GT(strong.scale(2), 0) << "of an AU that has no way, too";
+}
+
+TEST(TransitionFeatures, TheEnvelopeLeavesBothEndsAlone) {
+  constexpr float kStep = 0.001F;
+  for (const float end : {0.0F, 1.0F}) {
+    const float inwards = end == 0 ? kStep : -kStep;
+    EXPECT_EQ(transition_envelope(end), 0);
+    EXPECT_NEAR(transition_envelope(end + inwards) / kStep, 0, 1e-3F);
+    EXPECT_NEAR(transition_envelope(end + 2 * inwards) / (kStep * kStep), 0, 1);
   }
-  // By the parabola through three frames alone it would be 0.004 * 120 * sqrt(6.5) = 1.2 per second.
-  EXPECT_LT(std::sqrt(squares / kFaces), 0.75);
+  EXPECT_EQ(transition_envelope(0.5F), 1);
 }
 
-/// What the start's motion adds to the way.
-float most_added(const TransitionFeatures& features, float seconds = 1) {
-  Eigen::RowVectorXf row(1);
-  float most = 0;
-  for (float t = 0; t < seconds; t += 0.002F) {
-    transition_base(features, t, seconds, row);
-    most = std::max(most, std::abs(row(0) - features.start(0) - minimum_jerk(t / seconds) * features.change(0)));
+TEST(TransitionFeatures, TheSplineOfEqualCoefficientsIsAConstant) {
+  Eigen::VectorXf weights(kTransitionKnots);
+  for (float u = 0; u <= 1; u += 0.01F) {
+    transition_spline(u, weights);
+    EXPECT_NEAR(weights.sum(), 1, 1e-5F) << u;
+    EXPECT_GE(weights.minCoeff(), 0) << u;
   }
-  return most;
 }
 
-TEST(TransitionFeatures, AFastLidGoesOnAtItsPaceButNotFar) {
-  // 20 per second: a blink closes in 50 ms.
-  const TransitionFeatures features = features_of([](double t) { return std::max(0.0, 0.6 + 20 * t); });
-  EXPECT_NEAR(features.velocity_per_s(0), 20, 0.5);
-  EXPECT_LT(most_added(features), 0.5 + 2 * 0.05) << "velocity, acceleration, jerk";
-}
-
-TEST(TransitionFeatures, WhatBrakesIsNotCutAsWhatDrivesIs) {
-  // Stopped within 1/30 s; what it has covered till then, 0.17, is more than an acceleration may add.
-  const double velocity = 10, braking = -300;
-  const auto course = [&](double t) { return 0.8 + velocity * t + braking / 2 * t * t; };
-  const TransitionFeatures brakes = features_of([&](double t) { return std::max(0.0, course(t)); });
-  EXPECT_NEAR(brakes.acceleration_per_s2(0), braking, 0.02 * -braking);
-  const TransitionFeatures drives = features_of([&](double t) { return 0.2 + velocity * t - braking / 2 * t * t; });
-  EXPECT_LT(drives.acceleration_per_s2(0), 0.5 * -braking);
-  EXPECT_LT(most_added(drives), 0.5 + 2 * 0.05);
-}
-
-TEST(TransitionFeatures, AShortPastGivesWhatItCan) {
-  TransitionRequest request{.past = AuMatrix::Constant(2, 1, 0.2F), .target = Eigen::VectorXf::Constant(1, 0.6F)};
-  request.past(1, 0) = 0.21F;
-  request.frames = 60;
-  request.rate_hz = kRate_hz;
-  TransitionFeatures features;
-  TransitionFeatureMaker({"AU12L"}).make(request, features);
-  EXPECT_NEAR(features.velocity_per_s(0), 0.01 * kRate_hz, 1e-3);
-  EXPECT_EQ(features.acceleration_per_s2(0), 0);
+TEST(TransitionFeatures, RefusesWhatIsNoRequest) {
+  const auto refused = [](auto change) {
+    TransitionRequest request = request_of(120);
+    change(request);
+    EXPECT_THROW(features_of(request), std::invalid_argument);
+  };
+  refused([](TransitionRequest& r) { r.target.conservativeResize(2); });
+  refused([](TransitionRequest& r) { r.past.resize(0, 3); });
+  refused([](TransitionRequest& r) { r.past(3, 1) = std::numeric_limits<float>::quiet_NaN(); });
+  refused([](TransitionRequest& r) { r.target(0) = std::numeric_limits<float>::infinity(); });
+  refused([](TransitionRequest& r) { r.frames = 0; });
+  refused([](TransitionRequest& r) { r.rate_hz = 0; });
 }
 
 }  // namespace

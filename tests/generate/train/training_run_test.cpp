@@ -100,15 +100,14 @@ std::string trained_generator(const TrainingOptions& options, const TransitionCo
   const TransitionTensors data = transition_tensors(corpus.names, chosen, corpus.rate_hz, 5);
   torch::manual_seed(options.seed);
   ExpressionNetwork network(ExpressionNetworkOptions{2, 4, 4});
-  const torch::Tensor basis = residual_basis().t().contiguous();
+  const torch::Tensor basis = residual_basis();
   train(
       *network, options,
       [&](std::int64_t) {
         const torch::Tensor noise = torch::randn({data.transitions, kTransitionNoise});
         torch::Tensor loss = torch::zeros({});
         for (ExpressionMember& member : network->members) {
-          const torch::Tensor residual = member->forward(data, noise).matmul(basis) * data.scale.unsqueeze(1);
-          loss = loss + (data.base + residual - data.course).square().mean();
+          loss = loss + (courses_of(data, member->forward(data, noise), basis) - data.course).square().mean();
         }
         return loss;
       },

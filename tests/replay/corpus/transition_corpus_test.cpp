@@ -129,7 +129,7 @@ TEST(Augmentation, VariesPaceStrengthAndSideWithinTheLimits) {
   const auto mirrored = other_sides(corpus.names);
   Random random(5, 0);
   for (const Transition& original : corpus.transitions) {
-    const Transition varied = vary(original, mirrored, random);
+    const Transition varied = vary(original, mirrored, random, {.under_way = 0});
     EXPECT_EQ(varied.sibling, original.sibling);
     EXPECT_GE(varied.course.rows(), 41);
     EXPECT_LE(varied.course.rows(), 402);
@@ -145,10 +145,34 @@ TEST(Augmentation, VariesPaceStrengthAndSideWithinTheLimits) {
   }
 }
 
+TEST(Augmentation, BeginsUnderWayWithTheCourseBeforeAsPast) {
+  const TransitionCorpus corpus = perform_expressions(corpus_aus(), {1, 1});
+  const Transition& whole = corpus.transitions.front();
+  const Transition rest = under_way(whole, 30);
+  EXPECT_EQ(rest.course.rows(), whole.course.rows() - 30);
+  EXPECT_EQ(rest.course, whole.course.bottomRows(whole.course.rows() - 30));
+  ASSERT_EQ(rest.past.rows(), kTransitionPastFrames);
+  EXPECT_EQ(rest.past, whole.course.middleRows(10, 20));
+  EXPECT_DOUBLE_EQ(rest.begin_s, whole.begin_s + 0.25);
+  EXPECT_EQ(rest.sibling, whole.sibling);
+  const Transition early = under_way(whole, 5);
+  EXPECT_EQ(early.past.topRows(15), whole.past.bottomRows(15));
+  EXPECT_EQ(early.past.bottomRows(5), whole.course.topRows(5));
+
+  const auto mirrored = other_sides(corpus.names);
+  Random random(5, 0);
+  for (const Transition& original : corpus.transitions) {
+    const Transition varied = vary(original, mirrored, random, {.pace = 0, .pace_bend = 0, .under_way = 1});
+    const auto share = static_cast<double>(varied.course.rows()) / static_cast<double>(original.course.rows());
+    EXPECT_GE(share, 0.3);
+    EXPECT_LE(share, 0.92);
+  }
+}
+
 TEST(Augmentation, MirrorsSidesByName) {
   const std::vector<std::string> names{"AU12L", "AU27", "AU12R", "mouthLeft", "mouthRight", "AU30L"};
   EXPECT_EQ(other_sides(names), (std::vector<std::size_t>{2, 1, 0, 4, 3, 5}));
-  AugmentationOptions only_mirror{0, 0, 1, 0};
+  AugmentationOptions only_mirror{0, 0, 1, 0, 0};
   Transition original;
   original.past = AuMatrix::Constant(20, 6, 0.1F);
   original.course = AuMatrix::Constant(60, 6, 0.1F);
