@@ -12,9 +12,7 @@
 #include "replay/performer/performer.h"
 #include "replay/performer/truth_files.h"
 #include "replay/progress_line.h"
-#include "replay/takes/arkit_aus.h"
-#include "replay/takes/au_csv.h"
-#include "replay/takes/live_link_csv.h"
+#include "replay/takes/face_series.h"
 
 namespace risorius {
 namespace {
@@ -33,22 +31,21 @@ struct RecordedAus {
   double rate_hz;
 };
 
-/// An AU series, or Live Link Face's shapes through the table.
+/// An AU series, or shapes through the table.
 RecordedAus load_aus(const PerformArguments& arguments, const Rig& rig) {
   const std::optional<double> given = arguments.au_rate_hz > 0 ? std::optional(arguments.au_rate_hz) : std::nullopt;
-  if (!is_live_link_csv(arguments.au)) {
-    if (!given)
-      fmt::print(stderr, "{}: no rate in the file: {:g} Hz assumed (--au-rate)\n", arguments.au,
-                 arguments.options.rate_hz);
-    return {load_au_csv(arguments.au), given.value_or(arguments.options.rate_hz)};
-  }
-  const LiveLinkTake take = load_live_link_csv(arguments.au, given);
-  for (const auto& warning : take.warnings) fmt::print(stderr, "{}: warning: {}\n", arguments.au, warning);
   const std::vector<std::string> names = rig.au_names();
   const bool split_jaw = std::find(names.begin(), names.end(), "AU26") != names.end();
   const ArkitTable given_table = arguments.arkit_table.empty() ? ArkitTable{} : load_arkit_table(arguments.arkit_table);
-  const ArkitTable& table = arguments.arkit_table.empty() ? shipped_arkit_table() : given_table;
-  return {aus_of_shapes(take.shapes, table, split_jaw ? JawColumns::kSplit : JawColumns::kWhole, true), take.rate_hz};
+  FaceSeries face = load_face_series(arguments.au, {.rate_hz = given,
+                                                    .jaw = split_jaw ? JawColumns::kSplit : JawColumns::kWhole,
+                                                    .table = arguments.arkit_table.empty() ? nullptr : &given_table});
+  for (const auto& warning : face.warnings) fmt::print(stderr, "{}: warning: {}\n", arguments.au, warning);
+  if (!face.rate_hz) {
+    fmt::print(stderr, "{}: no rate in the file: {:g} Hz assumed (--au-rate)\n", arguments.au,
+               arguments.options.rate_hz);
+  }
+  return {std::move(face.aus), face.rate_hz.value_or(arguments.options.rate_hz)};
 }
 
 /// Said once: what the rig cannot play, and what nobody drives.

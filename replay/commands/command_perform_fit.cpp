@@ -10,9 +10,7 @@
 #include "replay/commands/number_check.h"
 #include "replay/performer/dynamics_fit.h"
 #include "replay/progress_line.h"
-#include "replay/takes/arkit_aus.h"
-#include "replay/takes/au_csv.h"
-#include "replay/takes/live_link_csv.h"
+#include "replay/takes/face_series.h"
 
 namespace risorius {
 namespace {
@@ -41,19 +39,11 @@ void print_result(const PreparedSeries& recorded, const Dynamics& dynamics, std:
 
 void fit(const FitArguments& arguments) {
   const std::optional<double> given = arguments.rate_hz > 0 ? std::optional(arguments.rate_hz) : std::nullopt;
-  AuSeries series;
-  double rate_hz = 0;
-  if (is_live_link_csv(arguments.series)) {
-    const LiveLinkTake take = load_live_link_csv(arguments.series, given);
-    series = aus_of_shapes(take.shapes, shipped_arkit_table(), JawColumns::kWhole, true);
-    rate_hz = take.rate_hz;
-  } else {
-    if (!given) throw UserError(arguments.series, "an AU CSV does not say its rate", "give --rate");
-    series = load_au_csv(arguments.series);
-    rate_hz = *given;
-  }
-  if (series.frames.empty()) throw UserError(arguments.series, "has no frames", "give a series with frames");
-  const PreparedSeries prepared = prepare_series(series, rate_hz);
+  const FaceSeries face = load_face_series(arguments.series, {.rate_hz = given});
+  for (const auto& warning : face.warnings) fmt::print(stderr, "{}: warning: {}\n", arguments.series, warning);
+  if (!face.rate_hz) throw UserError(arguments.series, "an AU CSV does not say its rate", "give --rate");
+  if (face.aus.frames.empty()) throw UserError(arguments.series, "has no frames", "give a series with frames");
+  const PreparedSeries prepared = prepare_series(face.aus, *face.rate_hz);
   const std::vector<AuAction> actions = find_actions(prepared);
   constexpr std::size_t kLeast = 30;
   if (actions.size() < kLeast)

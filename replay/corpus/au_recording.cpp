@@ -2,14 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 #include <stdexcept>
 
 #include "capture/errors.h"
 #include "replay/performer/action_statistics.h"
-#include "replay/takes/arkit_aus.h"
-#include "replay/takes/au_csv.h"
 #include "replay/takes/au_timeline.h"
-#include "replay/takes/live_link_csv.h"
+#include "replay/takes/face_series.h"
 
 namespace risorius {
 namespace {
@@ -35,6 +34,11 @@ AuRecording record_of(std::string take, AuSeries series, double rate_hz) {
     const std::vector<double> observed = observed_column(series, k);
     if (observed.empty()) continue;
     const double rest = std::max(0.0, quantile_of(observed, kRestShare));
+    const double most = quantile_of(observed, 1) - rest;
+    if (most > kMostIntensityF) {
+      recording.warnings.push_back(fmt::format("{} reaches {:.2f} over its rest: what is above {:g} is cut",
+                                               series.names[k], most, kMostIntensityF));
+    }
     recording.series.names.push_back(series.names[k]);
     recording.rest.push_back(rest);
     for (std::size_t f = 0; f < series.frames.size(); ++f) {
@@ -47,17 +51,12 @@ AuRecording record_of(std::string take, AuSeries series, double rate_hz) {
 
 AuRecording load_au_recording(const std::filesystem::path& path, std::optional<double> rate_hz) {
   const std::string take = path.stem().string();
-  if (is_live_link_csv(path)) {
-    const LiveLinkTake recorded = load_live_link_csv(path, rate_hz);
-    AuRecording recording = record_of(
-        take, aus_of_shapes(recorded.shapes, shipped_arkit_table(), JawColumns::kWhole, true), recorded.rate_hz);
-    recording.warnings = recorded.warnings;
-    return recording;
-  }
-  if (!rate_hz) throw UserError(path.string(), "an AU series says no rate", "give the rate (--rate)");
-  AuSeries series = load_au_csv(path);
-  if (series.frames.empty()) throw UserError(path.string(), "has no frames", "give a recording with frames");
-  return record_of(take, std::move(series), *rate_hz);
+  FaceSeries face = load_face_series(path, {.rate_hz = rate_hz});
+  if (!face.rate_hz) throw UserError(path.string(), "an AU series says no rate", "give the rate (--rate)");
+  if (face.aus.frames.empty()) throw UserError(path.string(), "has no frames", "give a recording with frames");
+  AuRecording recording = record_of(take, std::move(face.aus), *face.rate_hz);
+  recording.warnings.insert(recording.warnings.begin(), face.warnings.begin(), face.warnings.end());
+  return recording;
 }
 
 AuMotion motion_of(const AuRecording& recording, double rate_hz) {

@@ -9,37 +9,34 @@
 
 #include "capture/errors.h"
 #include "replay/performer/expression_vector.h"
-#include "replay/takes/arkit_aus.h"
-#include "replay/takes/au_csv.h"
-#include "replay/takes/live_link_csv.h"
+#include "replay/takes/face_series.h"
 
 namespace risorius {
 namespace {
 
 using Eigen::Index;
 
+constexpr double kMostIntensityKept = 1.2;
+
 /// One end: a series up to or from a frame, or an expression.
 struct End {
   std::string argument;
   std::optional<AuSeries> series;
-  std::size_t row = 0;            ///< of the series
-  std::optional<double> rate_hz;  ///< of the series, where it is known
+  std::size_t row = 0;                ///< of the series
+  std::optional<double> rate_hz;      ///< of the series, where it is known
+  std::vector<std::string> warnings;  ///< of its file
 };
 
 void load_series(const std::string& path, std::optional<double> rate_hz, End& end) {
-  end.rate_hz = rate_hz;
-  if (!is_live_link_csv(path)) {
-    end.series = load_au_csv(path);
-    return;
-  }
-  const LiveLinkTake take = load_live_link_csv(path, rate_hz);
-  end.rate_hz = take.rate_hz;
-  end.series = aus_of_shapes(take.shapes, shipped_arkit_table(), JawColumns::kWhole, true);
+  FaceSeries face = load_face_series(path, {.rate_hz = rate_hz});
+  end.rate_hz = face.rate_hz;
+  end.series = std::move(face.aus);
+  for (const std::string& warning : face.warnings) end.warnings.push_back(path + ": " + warning);
 }
 
 /// A series is a file that is there; "FILE:FRAME" one of its frames.
 End end_of_argument(const std::string& argument, bool is_start, std::optional<double> rate_hz = {}) {
-  End end{argument, std::nullopt, 0, std::nullopt};
+  End end{argument, std::nullopt, 0, std::nullopt, {}};
   if (std::filesystem::is_regular_file(argument)) {
     load_series(argument, rate_hz, end);
     end.row = is_start ? end.series->frames.size() - 1 : 0;
@@ -70,7 +67,7 @@ End end_of_argument(const std::string& argument, bool is_start, std::optional<do
 Eigen::RowVectorXf row_of(const End& end, std::size_t row, const std::vector<std::string>& names,
                           std::vector<std::string>* notes) {
   Eigen::RowVectorXf values = Eigen::RowVectorXf::Zero(static_cast<Index>(names.size()));
-  std::string lacking, unobserved;
+  std::string lacking, unobserved, cut;
   for (std::size_t k = 0; k < names.size(); ++k) {
     const std::vector<std::size_t> columns = columns_for(end.series->names, names[k]);
     double sum = 0;
@@ -80,13 +77,17 @@ Eigen::RowVectorXf row_of(const End& end, std::size_t row, const std::vector<std
     } else if (std::isnan(sum)) {
       unobserved += " " + names[k];
     } else {
-      values[static_cast<Index>(k)] =
-          static_cast<float>(std::clamp(sum / static_cast<double>(columns.size()), 0.0, 1.2));
+      const double value = sum / static_cast<double>(columns.size());
+      values[static_cast<Index>(k)] = static_cast<float>(std::clamp(value, 0.0, kMostIntensityKept));
+      if (value > kMostIntensityKept) cut += fmt::format(" {} {:g}", names[k], value);
     }
   }
   if (notes != nullptr && !lacking.empty()) notes->push_back(end.argument + " has no" + lacking + ": taken as 0");
   if (notes != nullptr && !unobserved.empty())
     notes->push_back(end.argument + " does not observe" + unobserved + " there: taken as 0");
+  if (notes != nullptr && !cut.empty())
+    notes->push_back(
+        fmt::format("{} is above {:g} there, which is the most: cut:{}", end.argument, kMostIntensityKept, cut));
   return values;
 }
 
@@ -119,13 +120,24 @@ AuMatrix past_of(const End& start, const std::vector<std::string>& names, const 
   return past;
 }
 
+/// A target of which nothing is an AU of the start would be a face at rest.
+void require_common(const End& end, const std::vector<std::string>& names, const std::string& start) {
+  for (const std::string& name : names) {
+    if (!columns_for(end.series->names, name).empty()) return;
+  }
+  throw UserError(end.argument, fmt::format("has none of the AUs of {}, such as {}", start, names.front()),
+                  fmt::format("its columns are {} and so on; name them alike", end.series->names.front()));
+}
+
 }  // namespace
 
 TransitionEnds transition_ends(const std::string& from, const std::string& to,
                                const std::vector<std::string>& default_names, const TransitionEndOptions& options) {
   const End start = end_of_argument(from, true, options.from_rate_hz), end = end_of_argument(to, false);
   TransitionEnds ends;
+  for (const End* one : {&start, &end}) ends.notes.insert(ends.notes.end(), one->warnings.begin(), one->warnings.end());
   ends.names = start.series ? start.series->names : end.series ? end.series->names : default_names;
+  if (end.series) require_common(end, ends.names, from);
   if (start.series) {
     ends.past = past_of(start, ends.names, options, ends.notes);
     if (!start.rate_hz && start.row > 0) {

@@ -1,5 +1,6 @@
 #include "replay/transitions/pose_argument.h"
 
+#include <algorithm>
 #include <fstream>
 #include <gtest/gtest.h>
 
@@ -82,6 +83,36 @@ TEST_F(Ends, ColumnsOfTheOtherSeriesAreFoundByNameAndWhatLacksIsSaid) {
   EXPECT_FLOAT_EQ(unobserved.past(0, 1), 0);
   ASSERT_EQ(unobserved.notes.size(), 1u);
   EXPECT_NE(unobserved.notes[0].find("does not observe AU12L"), std::string::npos) << unobserved.notes[0];
+}
+
+TEST_F(Ends, WhatIsAboveTheMostIsCutAndSaid) {
+  const std::string from = write("from.csv", "Frame,AU12L,AU12R\n0,1.5,1.2\n");
+  const TransitionEnds ends = transition_ends(from, "neutral", kDefaults);
+  EXPECT_FLOAT_EQ(ends.past(0, 0), 1.2F);
+  ASSERT_EQ(ends.notes.size(), 1u);
+  EXPECT_NE(ends.notes[0].find("above 1.2 there, which is the most: cut: AU12L 1.5"), std::string::npos)
+      << ends.notes[0];
+}
+
+TEST_F(Ends, ShapesAreReadAsAus) {
+  const std::string shapes = write("shapes.csv", "Frame,mouthSmileLeft,mouthSmileRight\n0,0.6,0.1\n");
+  const TransitionEnds ends = transition_ends("neutral", shapes, kDefaults);
+  const auto left = std::ranges::find(ends.names, "AU12L");
+  ASSERT_NE(left, ends.names.end());
+  EXPECT_GT(ends.target[left - ends.names.begin()], 0.3F);
+  const std::string aus = write("aus.csv", "Frame,AU12L,AU12R\n0,0.6,0.1\n");
+  EXPECT_GT(transition_ends(aus, shapes, kDefaults).target[0], 0.3F) << "onto the AUs of the start";
+}
+
+TEST_F(Ends, ATargetOfOtherChannelsIsRefused) {
+  const std::string from = write("from.csv", "Frame,AU12L,AU12R\n0,0.1,0.2\n");
+  const std::string to = write("to.csv", "Frame,smile\n0,0.7\n");
+  try {
+    transition_ends(from, to, kDefaults);
+    FAIL() << "accepted";
+  } catch (const UserError& error) {
+    EXPECT_NE(std::string(error.what()).find("has none of the AUs of"), std::string::npos) << error.what();
+  }
 }
 
 TEST_F(Ends, WhatIsNeitherAFileNorAnExpressionIsRefused) {

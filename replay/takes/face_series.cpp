@@ -1,0 +1,60 @@
+#include "replay/takes/face_series.h"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <set>
+
+#include "replay/takes/au_csv.h"
+#include "replay/takes/live_link_csv.h"
+
+namespace risorius {
+namespace {
+
+std::set<std::string, std::less<>> shapes_of(const ArkitTable& table) {
+  std::set<std::string, std::less<>> shapes;
+  for (const ArkitAu& au : table.aus) {
+    for (const ShapeWeights& alternative : au.read)
+      for (const auto& [shape, weight] : alternative) shapes.insert(shape);
+    for (const auto& [shape, weight] : au.write) shapes.insert(shape);
+  }
+  return shapes;
+}
+
+/// "JawOpen" as ARKit writes it: "jawOpen".
+std::string arkit_name(std::string name) {
+  if (!name.empty() && name[0] >= 'A' && name[0] <= 'Z') name[0] = static_cast<char>(name[0] - 'A' + 'a');
+  return name;
+}
+
+bool is_au(const std::string& name) {
+  return name.size() > 2 && name.starts_with("AU") && name[2] >= '0' && name[2] <= '9';
+}
+
+/// True if the columns are shapes, which then have ARKit's names. Beside an AU, a shape is what the table reads no AU
+/// from (mouthLeft): an AU series may have it.
+bool name_shapes(const ArkitTable& table, AuSeries& series) {
+  if (std::ranges::any_of(series.names, is_au)) return false;
+  const std::set<std::string, std::less<>> shapes = shapes_of(table);
+  std::vector<std::string> names;
+  for (const std::string& name : series.names) names.push_back(arkit_name(name));
+  if (std::ranges::none_of(names, [&](const std::string& name) { return shapes.contains(name); })) return false;
+  series.names = std::move(names);
+  return true;
+}
+
+}  // namespace
+
+FaceSeries load_face_series(const std::filesystem::path& path, const FaceSeriesOptions& options) {
+  const ArkitTable& table = options.table != nullptr ? *options.table : shipped_arkit_table();
+  if (is_live_link_csv(path)) {
+    LiveLinkTake take = load_live_link_csv(path, options.rate_hz);
+    return {aus_of_shapes(take.shapes, table, options.jaw, true), take.rate_hz, std::move(take.warnings)};
+  }
+  FaceSeries result{load_au_csv(path), options.rate_hz, {}};
+  if (!name_shapes(table, result.aus)) return result;
+  result.aus = aus_of_shapes(result.aus, table, options.jaw, true);
+  result.warnings.push_back(fmt::format("its columns are face shapes: read as {} AUs", result.aus.names.size()));
+  return result;
+}
+
+}  // namespace risorius
