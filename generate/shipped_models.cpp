@@ -27,12 +27,20 @@ Safetensors shipped(const std::byte* begin, const std::byte* end, const std::str
   return parse_safetensors({begin, static_cast<std::size_t>(end - begin)}, place);
 }
 
+const std::string kGeneratorPlace = "shipped expression_generator.safetensors";
+
+Safetensors shipped_generator_weights() {
+  return shipped(risorius_weights_expression_generator, risorius_weights_expression_generator_end, kGeneratorPlace);
+}
+
 }  // namespace
 
 std::unique_ptr<TransitionModel> shipped_expression_generator(const std::vector<std::string>& names) {
-  const std::string place = "shipped expression_generator.safetensors";
-  return std::make_unique<ExpressionGenerator>(
-      shipped(risorius_weights_expression_generator, risorius_weights_expression_generator_end, place), place, names);
+  return std::make_unique<ExpressionGenerator>(shipped_generator_weights(), kGeneratorPlace, names);
+}
+
+std::string shipped_expression_generator_trained_on() {
+  return shipped_generator_weights().require_metadata(kGeneratorPlace, "trained_on");
 }
 
 std::unique_ptr<ContinuationModel> shipped_continuation(const std::vector<std::string>& names,

@@ -10,6 +10,7 @@
 
 #include "capture/errors.h"
 #include "generate/seed_generator.h"
+#include "generate/shipped_models.h"
 #include "generate/transition_models.h"
 #include "replay/corpus/transition_corpus.h"
 #include "replay/performer/random.h"
@@ -56,6 +57,20 @@ Generators generators_for(const std::vector<std::string>& aus, const StudyOption
   }
   generators.push_back(make_transition_model("minimum_jerk", aus));
   return generators;
+}
+
+/// What a generator has learnt from says nothing of how it does with others.
+void note_trained_on(const AuRecording& recording, const StudyOptions& options, Study& study) {
+  const auto note = [&](std::string_view generator, const std::string& trained_on) {
+    if (trained_on.find(recording.take + ".csv") == std::string::npos) return;
+    add_note(fmt::format("{}: {} was trained on it, so its clips tell nothing of people whom it has never seen",
+                         recording.take, generator),
+             study);
+  };
+  note(kTransitionModelNames.front(), shipped_expression_generator_trained_on());
+  if (options.seed_weights == nullptr) return;
+  const auto seeds = options.seed_weights->metadata.find("trained_on");
+  if (seeds != options.seed_weights->metadata.end()) note("the model of " + options.seed_weights_place, seeds->second);
 }
 
 void note_undrawn(const AuRecording& recording, const FaceModel& face, Study& study) {
@@ -175,6 +190,7 @@ Study make_study(std::span<const AuRecording> recordings, const FaceModel& face,
     }
     sources.push_back({recording.series.names, generators_for(recording.series.names, options, study)});
     note_undrawn(recording, face, study);
+    note_trained_on(recording, options, study);
   }
   if (sources.empty()) throw UserError("study", "no AU series", "give at least one");
   study.kinds = {"real"};

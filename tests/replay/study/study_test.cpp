@@ -47,6 +47,22 @@ TEST(Study, ShowsTheRecordedCourseAndWhatTheGeneratorsMakeOfItsEnds) {
   }
 }
 
+TEST(Study, SaysWhichRecordingAGeneratorHasLearntFrom) {
+  AuRecording learnt = posing(6, 2);
+  learnt.take = "alex_rom_3";
+  const std::vector<AuRecording> recordings{learnt, posing(6, 3)};
+  Safetensors weights = test::made_seed_weights();
+  weights.metadata["trained_on"] = "somebody.csv, posing.csv";
+  std::vector<std::string> told;
+  for (const std::string& note :
+       make_study(recordings, face(), {.pairs = 6, .seed_weights = &weights, .seed_weights_place = "made"}).notes) {
+    if (note.find("was trained on it") != std::string::npos) told.push_back(note);
+  }
+  ASSERT_EQ(told.size(), 2u);
+  EXPECT_TRUE(told[0].starts_with("alex_rom_3: expression_generator was trained on it")) << told[0];
+  EXPECT_TRUE(told[1].starts_with("posing: the model of made was trained on it")) << told[1];
+}
+
 TEST(Study, ASideIsServedByTheAuWithoutASideAndWhatTheFaceLacksIsNoted) {
   const std::vector<AuRecording> recordings{posing(6, 2)};
   const Study study = make_study(recordings, face(), {.pairs = 6});
