@@ -193,6 +193,8 @@ Safetensors parse_safetensors(std::span<const std::byte> bytes, const std::strin
 }
 
 Safetensors load_safetensors(const std::filesystem::path& path) {
+  // Of a folder, a stream says nothing before it is read, and then throws its own.
+  if (std::filesystem::is_directory(path)) throw UserError(path.string(), "is a folder", "name a file of weights");
   std::ifstream stream(path, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(stream), {}};
   if (!stream.good() && !stream.eof()) throw UserError(path.string(), "cannot be read", "check name and permissions");

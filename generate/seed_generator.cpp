@@ -43,18 +43,23 @@ Eigen::RowVectorXf row_at(const AuMatrix& rows, double place) {
   return rows.row(below) + static_cast<float>(at - static_cast<double>(below)) * (rows.row(above) - rows.row(below));
 }
 
+/// Before anything else is read: of another model, all of it may look wrong.
+std::string model_of(const Safetensors& weights, const std::string& place) {
+  const std::string& name = weights.require_metadata(place, "model");
+  if (!name.starts_with("seed")) throw UserError(place, "is a model '" + shown(name) + "'", "give weights of seed");
+  return name;
+}
+
 }  // namespace
 
 struct SeedGenerator::Network {
   Network(const Safetensors& weights, const std::string& place, const std::vector<std::string>& names, SeedCure which,
           bool as_bf16)
-      : aus(split(weights.require_metadata(place, "channels"))),
+      : model_name(model_of(weights, place)),
+        aus(split(weights.require_metadata(place, "channels"))),
         rate_hz(rate_of(weights, place)),
         cure(which),
-        model_name(weights.require_metadata(place, "model")),
         width(static_cast<Eigen::Index>(names.size())) {
-    if (!model_name.starts_with("seed"))
-      throw UserError(place, "is a model '" + shown(model_name) + "'", "give weights of seed");
     if (cure == SeedCure::kReinterpolated) model_name += "_reinterpolated";
     const WeightsReader reader{weights, place};
     const auto count = static_cast<std::int64_t>(aus.size());
@@ -110,10 +115,10 @@ struct SeedGenerator::Network {
     return frames;
   }
 
+  std::string model_name;
   std::vector<std::string> aus, masked;
   double rate_hz;
   SeedCure cure;
-  std::string model_name;
   Eigen::Index width;
   std::vector<std::ptrdiff_t> columns;  ///< of the requests, per AU of the model; -1: none
   std::variant<std::monostate, SeedNetwork<float>, SeedNetwork<Bf16>> step;

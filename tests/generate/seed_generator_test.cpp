@@ -102,6 +102,18 @@ TransitionRequest request_of(Eigen::Index frames, double rate_hz) {
   return request;
 }
 
+TEST(SeedGenerator, SaysWhichModelTheWeightsAreOfBeforeAllElse) {
+  Safetensors weights;
+  weights.metadata = {{"model", "continuation"}, {"channels", ""}, {"rate_hz", "any"}};
+  try {
+    SeedGenerator(weights, "file.safetensors", {"AU1"});
+    FAIL() << "accepted";
+  } catch (const UserError& error) {
+    EXPECT_NE(std::string(error.what()).find("file.safetensors: is a model 'continuation'"), std::string::npos)
+        << error.what();
+  }
+}
+
 TEST(SeedGenerator, MapsByNameAndMasksWhatItDoesNotKnow) {
   SeedGenerator generator(made_seed_weights(), "test", kNames);
   EXPECT_EQ(generator.masked(), std::vector<std::string>{"AU12L"});
