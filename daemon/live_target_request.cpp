@@ -12,13 +12,19 @@ namespace {
 
 constexpr double kMostIntensityAsked = 1.2;
 
+/// JSON itself has no NaN, and would say null.
+std::string shown_number(const nlohmann::json& value) {
+  if (value.is_number()) return fmt::format("{:g}", value.get<double>());
+  return shown(value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+}
+
 double number_of(const nlohmann::json& request, const char* key, double fallback, double least, double most) {
   if (!request.contains(key)) return fallback;
   const nlohmann::json& value = request.at(key);
   if (!value.is_number() || !(value.get<double>() >= least && value.get<double>() <= most))
-    throw UserError(key,
-                    shown(value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)) + " is out of range",
-                    fmt::format("give a number from {:g} to {:g}", least, most));
+    throw UserError(key, fmt::format("{} is out of range", shown_number(value)),
+                    fmt::format("give a number from {:g} to {:g}{}", least, most,
+                                std::string_view(key) == "seconds" ? ", or \"auto\"" : ""));
   return value.get<double>();
 }
 
@@ -48,7 +54,8 @@ LiveTargetRequest live_target_of(const nlohmann::json& request, const std::vecto
                       key == "hold_seconds" || key == "return_seconds";
     if (!fits) {
       throw UserError(shown(key), "is not known here",
-                      "give stream, expression (texts) or au (a map), seconds, hold_seconds, return_seconds (numbers)");
+                      "give stream, expression (texts) or au (a map), seconds, hold_seconds, return_seconds (numbers; "
+                      "seconds may be \"auto\")");
     }
   }
   if (request.contains("expression") == request.contains("au"))
@@ -63,7 +70,9 @@ LiveTargetRequest live_target_of(const nlohmann::json& request, const std::vecto
         Eigen::Map<const Eigen::VectorXd>(expression.intensities.data(), static_cast<Eigen::Index>(au_names.size()))
             .cast<float>();
   }
-  result.target.seconds = number_of(request, "seconds", 1, 0.01, 60);
+  result.is_seconds_auto = request.value("seconds", nlohmann::json()) == "auto";
+  result.is_return_auto = result.is_seconds_auto && !request.contains("return_seconds");
+  if (!result.is_seconds_auto) result.target.seconds = number_of(request, "seconds", 1, 0.01, 60);
   result.target.hold_s = number_of(request, "hold_seconds", 1, 0, 3600);
   result.target.return_s = number_of(request, "return_seconds", result.target.seconds, 0, 60);
   return result;

@@ -12,6 +12,9 @@ namespace risorius {
 struct LiveTargetRequest {
   std::string stream;  ///< empty: the only one
   LiveTarget target;
+  /// "seconds" was "auto": as long as the model says that a face takes, not target.seconds; and back likewise, if
+  /// return_seconds was not given.
+  bool is_seconds_auto = false, is_return_auto = false;
   std::vector<std::string> masked;  ///< AUs of the expression that the stream does not have
 };
 

@@ -1,5 +1,6 @@
 // What the control messages do (daemon/README.md, "Control in"). On the I/O thread.
 #include <boost/asio/post.hpp>
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "capture/errors.h"
@@ -49,7 +50,7 @@ nlohmann::json Service::capture_neutral(const nlohmann::json& request) {
   expect_only(request, true, true);
   const double seconds = request.value("seconds", 1.0);
   if (!(seconds > 0 && seconds <= kLongestNeutralSeconds)) {
-    throw UserError("seconds", nlohmann::json(seconds).dump() + " is out of range", "give more than 0 and at most 60");
+    throw UserError("seconds", fmt::format("{:g} is out of range", seconds), "give more than 0 and at most 60");
   }
   StreamInput& input = inputs_[stream_of(request)];
   if (!input.admit_neutral_capture(static_cast<std::int64_t>(seconds * 1e9))) {
@@ -62,9 +63,9 @@ nlohmann::json Service::go_to(const nlohmann::json& request) {
   const std::uint32_t i = stream_of(request);
   // The pipeline thread's own rig is not ours to read: a live neutral replaces it.
   const LiveTargetRequest asked = live_target_of(request, streams_[i].actor()->rig.au_names());
-  shown_->go_to(i, asked.target);
+  const double seconds = shown_->go_to(i, asked);
   look_for_silence();
-  return {{"ok", true}, {"stream", inputs_[i].name()}, {"seconds", asked.target.seconds}, {"masked", asked.masked}};
+  return {{"ok", true}, {"stream", inputs_[i].name()}, {"seconds", seconds}, {"masked", asked.masked}};
 }
 
 nlohmann::json Service::release(const nlohmann::json& request) {

@@ -1,5 +1,6 @@
 #include "daemon/shown_streams.h"
 
+#include <fmt/format.h>
 #include <stdexcept>
 
 #include "capture/errors.h"
@@ -67,7 +68,8 @@ bool ShownStreams::note_silence(std::uint32_t stream_id, bool is_silent) {
   return state.face.is_showing() || state.face.has_target() || state.is_preparing;
 }
 
-void ShownStreams::go_to(std::uint32_t stream_id, const LiveTarget& target) {
+double ShownStreams::go_to(std::uint32_t stream_id, const LiveTargetRequest& asked) {
+  LiveTarget target = asked.target;
   State& state = states_[stream_id];
   if (state.is_preparing) throw UserError("go_to", "another target is being prepared", "ask again");
   TransitionRequest request;
@@ -81,6 +83,15 @@ void ShownStreams::go_to(std::uint32_t stream_id, const LiveTarget& target) {
       throw UserError("go_to", error.what(), "");
     }
     began_ns = state.face.now_ns();
+  }
+  if (asked.is_seconds_auto) {
+    request.frames = state.model->expected_frames(request);  // ours: nothing is being prepared
+    if (request.frames == 0)
+      throw UserError("seconds",
+                      fmt::format("\"auto\": the model {} cannot tell how long a face takes", state.model->name()),
+                      "give a number, or [shown] model = \"expression_generator\"");
+    target.seconds = static_cast<double>(request.frames) / ShownFace::kTransitionRate_hz;
+    if (asked.is_return_auto) target.return_s = target.seconds;
   }
   state.is_preparing = true;
   {
@@ -102,6 +113,7 @@ void ShownStreams::go_to(std::uint32_t stream_id, const LiveTarget& target) {
       state.is_preparing = false;  // under the lock: a release sees it prepared, called off, or followed
     }
   });
+  return target.seconds;
 }
 
 void ShownStreams::release(std::uint32_t stream_id) {

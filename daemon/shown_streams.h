@@ -14,6 +14,7 @@
 
 #include "capture/counters.h"
 #include "daemon/config.h"
+#include "daemon/live_target_request.h"
 #include "daemon/pipeline_items.h"
 #include "generate/shown_face.h"
 
@@ -38,8 +39,9 @@ class ShownStreams {
   /// I/O thread: whether the stream should be sending and does not. True if there is something to show meanwhile, also
   /// of a stream that has ended.
   bool note_silence(std::uint32_t stream_id, bool is_silent);
-  /// I/O thread. Throws UserError: no face is there, another target is being prepared, numbers out of range.
-  void go_to(std::uint32_t stream_id, const LiveTarget& target);
+  /// I/O thread. Returns the seconds of the way there: `asked`'s, or the model's where it is "auto". Throws UserError:
+  /// no face is there, another target is being prepared, numbers out of range, "auto" of a model that cannot tell.
+  double go_to(std::uint32_t stream_id, const LiveTargetRequest& asked);
   /// I/O thread: also of a target that is still being prepared. Throws UserError if there is none.
   void release(std::uint32_t stream_id);
 

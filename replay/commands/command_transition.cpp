@@ -25,7 +25,8 @@ constexpr double kDecimals = 1e6;  // of what is written: a float tells no more
 struct TransitionArguments {
   std::string from, to, output, rig = "builtin";
   std::string model{kTransitionModelNames.front()};
-  std::int64_t frames = 120, variants = 1;
+  std::string frames = "120";  ///< or "auto"
+  std::int64_t variants = 1;
   double rate_hz = 120, from_rate_hz = 0;  // 0: not given
 };
 
@@ -64,6 +65,18 @@ void write_course(const std::filesystem::path& path, const TransitionEnds& ends,
   writer.finish();
 }
 
+Eigen::Index frames_of(const TransitionArguments& arguments, TransitionModel& model, const TransitionRequest& request) {
+  if (const auto frames = number_unless_auto(arguments.frames)) return std::llround(*frames);
+  const Eigen::Index expected = model.expected_frames(request);
+  if (expected == 0) {
+    throw UserError("--frames", "auto: " + arguments.model + " cannot tell how long a face takes",
+                    "give a number, or leave --model out");
+  }
+  fmt::print("{} frames, {:.2f} s: as long as a face is expected to take\n", expected,
+             static_cast<double>(expected) / arguments.rate_hz);
+  return expected;
+}
+
 void generate(const TransitionArguments& arguments) {
   std::filesystem::path picture = arguments.output;
   picture.replace_extension(".png");
@@ -83,8 +96,8 @@ void generate(const TransitionArguments& arguments) {
   if (model == nullptr)
     throw UserError("--model", "\"" + arguments.model + "\" is not known", "there are: " + model_names());
 
-  TransitionRequest request{
-      .past = ends.past, .target = ends.target, .frames = arguments.frames, .rate_hz = arguments.rate_hz};
+  TransitionRequest request{.past = ends.past, .target = ends.target, .rate_hz = arguments.rate_hz};
+  request.frames = frames_of(arguments, *model, request);
   std::vector<TransitionCourse> courses;
   for (std::int64_t variant = 0; variant < arguments.variants; ++variant) {
     request.repetition = static_cast<std::uint64_t>(variant);
@@ -103,7 +116,7 @@ void generate(const TransitionArguments& arguments) {
     fmt::print("written: {}\n", path.string());
   }
   const std::string title = fmt::format("{} to {}: {} frames at {:g} Hz, {}", arguments.from, arguments.to,
-                                        arguments.frames, arguments.rate_hz, arguments.model);
+                                        request.frames, arguments.rate_hz, arguments.model);
   transition_picture(title, ends.names, ends.past, courses, arguments.rate_hz).save_png(picture);
   fmt::print("written: {}\n", picture.string());
 }
@@ -116,8 +129,10 @@ void add_transition_command(CLI::App& app) {
   command->add_option("--from", arguments->from, "expression (happy, sad:2), or AU series (its last frame; FILE:FRAME)")
       ->required();
   command->add_option("--to", arguments->to, "expression, or AU series (its first frame; FILE:FRAME)")->required();
-  command->add_option("--frames", arguments->frames, "that are made; the last one is the target")
-      ->check(number_between(1, 100000))
+  command
+      ->add_option("--frames", arguments->frames,
+                   "that are made; the last one is the target. \"auto\": as many as a face takes")
+      ->check(number_or_auto(1, 100000))
       ->capture_default_str();
   command->add_option("--rate", arguments->rate_hz, "frames per second")
       ->check(number_between(1, 2000))

@@ -40,8 +40,8 @@ void watch(const std::string& endpoint, double seconds, const CurveArguments& cu
 
 void print_answer(const std::string& endpoint, const CurveArguments& curve, const nlohmann::json& request) {
   const nlohmann::json answer = ask_daemon(endpoint, request, std::chrono::seconds(3), curve.client());
-  fmt::print("{}\n", answer.dump(1));
   if (!answer.value("ok", false)) throw UserError(answer.value("error", "the daemon refused"));
+  fmt::print("{}\n", answer.dump(1));
 }
 
 /// "AU12L=0.8" -> name and value.
@@ -59,18 +59,22 @@ std::pair<std::string, double> au_of_argument(const std::string& argument) {
 struct TargetArguments {
   std::string expression, stream;
   std::vector<std::string> aus;
-  double seconds = 1, hold_s = 1, return_s = 1;
+  std::string seconds = "1";  ///< or "auto"
+  double hold_s = 1;
+  std::optional<double> return_s;
 };
 
 nlohmann::json request_of(const TargetArguments& arguments) {
   if (arguments.expression.empty() == arguments.aus.empty())
     throw UserError("control target", "one target is needed",
                     "name an expression, or give --au AU12L=0.8 (several times)");
-  nlohmann::json request{{"command", "go_to"},
-                         {"stream", arguments.stream},
-                         {"seconds", arguments.seconds},
-                         {"hold_seconds", arguments.hold_s},
-                         {"return_seconds", arguments.return_s}};
+  nlohmann::json request{{"command", "go_to"}, {"stream", arguments.stream}, {"hold_seconds", arguments.hold_s}};
+  if (const auto seconds = number_unless_auto(arguments.seconds)) {
+    request["seconds"] = *seconds;
+  } else {
+    request["seconds"] = "auto";
+  }
+  if (arguments.return_s) request["return_seconds"] = *arguments.return_s;
   if (!arguments.expression.empty()) request["expression"] = arguments.expression;
   for (const std::string& au : arguments.aus) {
     const auto [name, value] = au_of_argument(au);
@@ -85,15 +89,14 @@ void add_target_commands(CLI::App& control, std::shared_ptr<std::string> endpoin
   auto arguments = std::make_shared<TargetArguments>();
   target->add_option("expression", arguments->expression, "happy, sad:2, ...: of the performer's table");
   target->add_option("--au", arguments->aus, "instead: AU12L=0.8; those that are not named become 0");
-  target->add_option("--seconds", arguments->seconds, "of the way there")
-      ->check(number_between(0.01, 60))
+  target->add_option("--seconds", arguments->seconds, "of the way there; \"auto\": as long as a face takes")
+      ->check(number_or_auto(0.01, 60))
       ->capture_default_str();
   target->add_option("--hold", arguments->hold_s, "seconds there")
       ->check(number_between(0, 3600))
       ->capture_default_str();
-  target->add_option("--back", arguments->return_s, "seconds of the way back")
-      ->check(number_between(0, 60))
-      ->capture_default_str();
+  target->add_option("--back", arguments->return_s, "seconds of the way back (default: as there)")
+      ->check(number_between(0, 60));
   target->add_option("--stream", arguments->stream, "the source's name; may be left out if there is one source");
   target->callback([=] { print_answer(*endpoint, *curve, request_of(*arguments)); });
 

@@ -6,6 +6,11 @@
 #include "replay/takes/csv_text.h"
 
 namespace risorius {
+namespace {
+
+constexpr std::string_view kAuto = "auto";
+
+}  // namespace
 
 CLI::Validator number_between(double least, double most) {
   const std::string range = fmt::format("{:g} to {:g}", least, most);
@@ -15,6 +20,20 @@ CLI::Validator number_between(double least, double most) {
             return fmt::format("\"{}\" is not a number from {}", shown(text), range);
           },
           range, "number_between"};
+}
+
+CLI::Validator number_or_auto(double least, double most) {
+  const std::string range = fmt::format("{:g} to {:g}", least, most);
+  return {[=](const std::string& text) -> std::string {
+            const auto value = number_unless_auto(text);
+            if (text == kAuto || (value && *value >= least && *value <= most)) return {};
+            return fmt::format("\"{}\" is neither \"auto\" nor a number from {}", shown(text), range);
+          },
+          range + " or auto", "number_or_auto"};
+}
+
+std::optional<double> number_unless_auto(const std::string& text) {
+  return text == kAuto ? std::nullopt : parse_double(text);
 }
 
 CLI::Validator whole_number() {

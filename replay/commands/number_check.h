@@ -2,11 +2,17 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <optional>
+#include <string>
 
 namespace risorius {
 
 /// A number from `least` to `most`; "nan" is none.
 CLI::Validator number_between(double least, double most);
+/// Of a text that may also be "auto"; number_unless_auto() reads it.
+CLI::Validator number_or_auto(double least, double most);
+/// Nothing for "auto".
+std::optional<double> number_unless_auto(const std::string& text);
 
 /// A whole number from 0, such as a seed.
 CLI::Validator whole_number();

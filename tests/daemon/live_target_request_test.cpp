@@ -1,5 +1,6 @@
 #include "daemon/live_target_request.h"
 
+#include <cmath>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -26,6 +27,18 @@ TEST(LiveTargetRequest, NamesAnExpressionOrAus) {
   EXPECT_EQ(aus.target.return_s, 0.5);
 }
 
+TEST(LiveTargetRequest, MayLeaveTheTimeToTheModel) {
+  const auto both = parsed(R"({"command": "go_to", "expression": "happy", "seconds": "auto"})");
+  EXPECT_TRUE(both.is_seconds_auto);
+  EXPECT_TRUE(both.is_return_auto);
+  const auto there =
+      parsed(R"({"command": "go_to", "expression": "happy", "seconds": "auto", "return_seconds": 0.25})");
+  EXPECT_TRUE(there.is_seconds_auto);
+  EXPECT_FALSE(there.is_return_auto);
+  EXPECT_EQ(there.target.return_s, 0.25);
+  EXPECT_FALSE(parsed(R"({"command": "go_to", "expression": "happy"})").is_seconds_auto);
+}
+
 TEST(LiveTargetRequest, SaysWhatTheStreamDoesNotHave) {
   EXPECT_EQ(parsed(R"({"command": "go_to", "expression": "surprised"})").masked,
             (std::vector<std::string>{"AU1", "AU2", "AU27", "AU5"}));
@@ -39,10 +52,22 @@ TEST(LiveTargetRequest, RefusesWhatItCannotMean) {
         R"({"command": "go_to", "au": {"AU6L": 1.3}})", R"({"command": "go_to", "au": {"AU6L": "much"}})",
         R"({"command": "go_to", "expression": "happy", "seconds": 0})",
         R"({"command": "go_to", "expression": "happy", "seconds": 61})",
+        R"({"command": "go_to", "expression": "happy", "seconds": "soon"})",
+        R"({"command": "go_to", "expression": "happy", "return_seconds": "auto"})",
         R"({"command": "go_to", "expression": "happy", "hold_seconds": -1})",
         R"({"command": "go_to", "expression": "happy", "speed": 1})",
         R"({"command": "go_to", "expression": "happy", "stream": 1})"})
     EXPECT_THROW(parsed(json), UserError) << json;
+}
+
+TEST(LiveTargetRequest, SaysWhichNumberIsOutOfRange) {
+  nlohmann::json request{{"command", "go_to"}, {"expression", "happy"}, {"seconds", std::nan("")}};
+  try {
+    live_target_of(request, kAus);
+    FAIL() << "accepted";
+  } catch (const UserError& error) {
+    EXPECT_NE(std::string(error.what()).find("seconds: nan is out of range"), std::string::npos) << error.what();
+  }
 }
 
 }  // namespace

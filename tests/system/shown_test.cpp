@@ -157,6 +157,15 @@ TEST(Shown, GoesToATargetAndComesBack) {
   }
   EXPECT_FALSE(ask_daemon(daemon.control(), {{"command", "release"}}, std::chrono::seconds(10)).at("ok"))
       << "no target any more";
+  nlohmann::json timed = go, as_faces_do;
+  timed["seconds"] = "auto";
+  do {
+    as_faces_do = ask_daemon(daemon.control(), timed, std::chrono::seconds(10));
+  } while (!as_faces_do.at("ok") &&
+           as_faces_do.at("error").get<std::string>().find("being prepared") != std::string::npos);
+  ASSERT_TRUE(as_faces_do.at("ok")) << as_faces_do.dump();
+  EXPECT_GT(as_faces_do.at("seconds"), 0.3);
+  EXPECT_LT(as_faces_do.at("seconds"), 3.4);
   EXPECT_FALSE(ask_daemon(daemon.control(), {{"command", "go_to"}, {"expression", "nobody"}}, std::chrono::seconds(10))
                    .at("ok"));
 }

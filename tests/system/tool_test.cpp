@@ -56,8 +56,14 @@ TEST(Tool, MakesATransitionOfTwoPosesInOneCall) {
   EXPECT_TRUE(std::filesystem::exists(folder.path() / "smile.png"));
   const auto on = run({tool, "transition", "--from", smile.string(), "--to", "sad:2", "-o", next.string()});
   EXPECT_EQ(on.exit_code, 0) << on.output;
+  const auto timed =
+      run({tool, "transition", "--from", "neutral", "--to", "happy", "--frames", "auto", "-o", next.string()});
+  EXPECT_EQ(timed.exit_code, 0) << timed.output;
+  EXPECT_NE(timed.output.find("as long as a face is expected to take"), std::string::npos) << timed.output;
   for (const std::vector<std::string>& bad :
        {std::vector<std::string>{"--from", "furious", "--to", "happy"},
+        {"--from", "neutral", "--to", "happy", "--frames", "auto", "--model", "linear"},
+        {"--from", "neutral", "--to", "happy", "--frames", "some"},
         {"--from", "neutral", "--to", "happy", "--model", "magic"},
         {"--from", "neutral", "--to", "happy", "--frames", "0"},
         {"--from", "neutral", "--to", "happy", "--model", "linear", "--variants", "2"}}) {
