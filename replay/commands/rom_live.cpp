@@ -30,6 +30,7 @@ volatile std::sig_atomic_t interrupted = 0;
 
 constexpr std::chrono::milliseconds kWait{100};
 constexpr int kBarWidth = 24;
+constexpr const char* kTopic = "au";
 constexpr double kNotObserved = std::numeric_limits<double>::quiet_NaN();
 
 /// AU frames of one stream of a running daemon, as poses see them.
@@ -39,7 +40,7 @@ class AuStream {
       : endpoint_(arguments.endpoint),
         stream_(arguments.stream),
         silence_s_(arguments.seconds),
-        subscriber_(endpoint_, arguments.curve.client()) {}
+        subscriber_(endpoint_, arguments.curve.client(), kTopic) {}
 
   /// Hands frames with a face to `sink` until it returns false, or an interrupt. Throws UserError where none comes for
   /// as long as a pose may take.
@@ -50,7 +51,7 @@ class AuStream {
     others_ = malformed_ = 0;
     while (goes_on && interrupted == 0) {
       subscriber_.receive_for(kWait, [&](const std::string& topic, const nlohmann::json& message) {
-        if (!goes_on || topic != "au") return;
+        if (!goes_on || topic != kTopic) return;
         auto frame = try_read(message);
         if (!frame) return;
         used_ns = monotonic_now_ns();
@@ -74,7 +75,12 @@ class AuStream {
       const auto stream = message.at("stream").get<std::string>();
       if (!stream_.empty() && stream != stream_) return std::nullopt;
       if (message.at("kind").get<std::string>() == "predicted") return std::nullopt;
-      auto frame = frame_of(message.at("au"), message.at("capture_time_ns"));
+      const nlohmann::json &values = message.at("au"), &time = message.at("capture_time_ns");
+      if (!values.is_object() || !time.is_number_integer()) {
+        ++malformed_;
+        return std::nullopt;
+      }
+      auto frame = frame_of(values, time.get<std::int64_t>());
       if (!frame) ++others_;
       if (frame) stream_ = stream;
       return frame;
@@ -84,8 +90,7 @@ class AuStream {
     }
   }
 
-  std::optional<PoseFrame> frame_of(const nlohmann::json& values, const nlohmann::json& capture_time) {
-    if (!values.is_object() || !capture_time.is_number_integer()) throw_malformed(values);
+  std::optional<PoseFrame> frame_of(const nlohmann::json& values, std::int64_t time_ns) {
     std::vector<std::string> names;
     bool any = false;
     for (const auto& [name, value] : values.items()) {
@@ -97,7 +102,6 @@ class AuStream {
       const auto au = parse_au_name(name);
       return au ? std::pair(au->number, static_cast<int>(au->side)) : std::pair(100, 0);
     });
-    const auto time_ns = capture_time.get<std::int64_t>();
     if (aus_.empty()) {
       aus_ = names;
       begin_ns_ = time_ns;
@@ -116,10 +120,6 @@ class AuStream {
       }
     }
     return frame;
-  }
-
-  [[noreturn]] static void throw_malformed(const nlohmann::json& values) {
-    throw nlohmann::json::type_error::create(302, "no AU message", &values);
   }
 
   [[noreturn]] void refuse_silence() {

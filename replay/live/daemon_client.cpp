@@ -23,12 +23,13 @@ void connect(zmq::socket_t& socket, const std::string& endpoint) {
 
 }  // namespace
 
-DaemonSubscriber::DaemonSubscriber(const std::string& endpoint, const std::optional<CurveClient>& curve)
+DaemonSubscriber::DaemonSubscriber(const std::string& endpoint, const std::optional<CurveClient>& curve,
+                                   const std::string& topic)
     : curve_(curve.has_value()), socket_(context_, zmq::socket_type::sub) {
   handshakes_.emplace(context_, socket_);
   if (curve) use_curve(socket_, *curve);
   socket_.set(zmq::sockopt::rcvhwm, kHighWaterMark);
-  socket_.set(zmq::sockopt::subscribe, "");
+  socket_.set(zmq::sockopt::subscribe, topic);
   connect(socket_, endpoint);
 }
 

@@ -16,8 +16,9 @@ namespace risorius {
 
 class DaemonSubscriber {
  public:
-  /// Subscribes to all topics. `curve`: for a daemon with keys. Throws UserError if the endpoint is malformed.
-  explicit DaemonSubscriber(const std::string& endpoint, const std::optional<CurveClient>& curve = {});
+  /// `curve`: for a daemon with keys. `topic`: the only one, "" for all. Throws UserError if the endpoint is malformed.
+  explicit DaemonSubscriber(const std::string& endpoint, const std::optional<CurveClient>& curve = {},
+                            const std::string& topic = "");
   using Receiver = std::function<void(const std::string& topic, const nlohmann::json& message)>;
   /// Hands on every message that comes within `wait`.
   void receive_for(std::chrono::milliseconds wait, const Receiver& receiver);
