@@ -13,7 +13,7 @@ struct AugmentationOptions {
   double amplitude = 0.25;  ///< standard deviation of the logarithm, [0, 1]
   /// Probability, [0, 1], that it begins under way, between 0.1 and 0.7 of the course: a live target comes when it
   /// comes.
-  double under_way = 0.3;
+  double under_way = 0.5;
 };
 
 /// `mirrored`: the other side of each AU (generate/au_kind.h). A drawn variation with the same take, sibling and part.
