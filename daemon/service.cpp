@@ -13,6 +13,7 @@
 #include "daemon/service.h"
 
 #include <algorithm>
+#include <boost/asio/post.hpp>
 #include <csignal>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -161,7 +162,11 @@ Service::Service(const Config& config, PipelineThread::AllocationProbe allocatio
   for (std::size_t i = 0; i < streams_.size(); ++i)
     publishing.streams.push_back({config_.sources[i].name, streams_[i].stages.rig().au_names()});
   for (const PipelineStream& stream : streams_) slips_.emplace_back([&stream] { return stream.actor()->rig; });
-  publishing.after_publishing = [this](const OutputItem& item) { slips_[item.stream_id].take(item); };
+  publishing.after_publishing = [this](const OutputItem& item) {
+    slips_[item.stream_id].take(item);
+    // The watchdog has told of the end before, when the publisher did not know of it yet.
+    if (item.kind == OutputItem::Kind::kEndOfStream) boost::asio::post(io_, [this] { look_for_silence(); });
+  };
   publishing.make_status = [this](bool last, std::uint64_t message) {
     auto json = status();
     json["last"] = last;

@@ -77,6 +77,7 @@ double ShownStreams::go_to(std::uint32_t stream_id, const LiveTargetRequest& ask
   {
     const std::scoped_lock lock(state.mutex);
     if (!state.face.has_face()) throw UserError("go_to", "no face is there to start from", "start the source first");
+    if (state.is_silent || state.has_ended) state.face.note_time(monotonic_now_ns() - state.arrived_ns);
     try {
       request = state.face.request_of(target);
     } catch (const std::invalid_argument& error) {

@@ -60,6 +60,10 @@ void ShownFace::Memory::add(std::int64_t time_ns, const Values& x) noexcept {
   count_ = std::min(count_ + 1, moments_.size());
 }
 
+void ShownFace::Memory::set_back(std::int64_t ns) noexcept {
+  for (Moment& moment : moments_) moment.time_ns -= ns;
+}
+
 ShownFace::ShownFace(std::vector<double> upper_bound, const ShownOptions& options)
     : upper_bound_(std::move(upper_bound)), options_(options) {
   require("ShownFace: number of AUs", static_cast<double>(upper_bound_.size()), 1, kMaxAus);
@@ -76,6 +80,15 @@ void ShownFace::reset() noexcept {
   offset_s_ = 0;
   frames_.clear();
   shown_.clear();
+}
+
+/// The source goes on where it stood still, while time was passed in its stead: all that was shown since is moved to
+/// before it.
+void ShownFace::set_back(std::int64_t ns) noexcept {
+  shown_.set_back(ns);
+  shown_ns_ -= ns;
+  target_began_ns_ -= ns;
+  offset_began_ns_ -= ns;
 }
 
 bool ShownFace::process(const AuFrame& frame, ShownFrame& out) noexcept {
@@ -98,8 +111,12 @@ bool ShownFace::process(const AuFrame& frame, ShownFrame& out) noexcept {
     Values x{};
     for (std::size_t au = 0; au < upper_bound_.size(); ++au) x[au] = static_cast<float>(frame.intensity[au]);
     if (before) change_source(now_ns, *before, x, options_.rejoin_s);
-    if (is_bridging_ && !has_target_)
-      change_source(now_ns, with_offset(live_source(now_ns), now_ns), x, options_.rejoin_s);
+    const bool has_stood_still = is_bridging_ && shown_.size() > 0 && shown_ns_ > now_ns;
+    if (has_stood_still) set_back(shown_ns_ - now_ns);
+    if (is_bridging_ && !has_target_) {
+      const Values shown = has_stood_still ? shown_[0].x : with_offset(live_source(now_ns), now_ns);
+      change_source(now_ns, shown, x, options_.rejoin_s);
+    }
     is_bridging_ = is_neutral_ = false;
     has_solved_ = true;
     solved_ = frame;
@@ -140,6 +157,13 @@ bool ShownFace::pass(std::int64_t silence_ns, ShownFrame& out) noexcept {
   return true;
 }
 
+void ShownFace::note_time(std::int64_t silence_ns) noexcept {
+  if (!is_neutral_ || has_target_ || silence_ns <= 0) return;
+  shown_ns_ = last_ns_ + silence_ns;
+  shown_.clear();
+  shown_.add(shown_ns_, Values{});
+}
+
 void ShownFace::show(std::int64_t time_ns, ShownFrame& out) noexcept {
   if (has_target_ && seconds(time_ns - target_began_ns_) >= target_.seconds + target_.hold_s) {
     change_source(time_ns, with_offset(target_source(time_ns), time_ns), live_source(time_ns), target_.return_s);
@@ -162,7 +186,8 @@ void ShownFace::show(std::int64_t time_ns, ShownFrame& out) noexcept {
   }
   shown_ns_ = time_ns;
   shown_.add(time_ns, x);
-  if (is_bridging_ && silent_s >= options_.bridge_s + options_.fade_s) is_neutral_ = true;
+  const bool has_faded = is_bridging_ && silent_s >= options_.bridge_s + options_.fade_s;
+  is_neutral_ = has_faded && !has_target_ && offset_left(time_ns) <= 0;
 }
 
 double ShownFace::silence_s(std::int64_t time_ns) const noexcept {
@@ -290,6 +315,7 @@ void ShownFace::follow(const LiveTarget& target, const TransitionRequest& reques
   if (!has_solved_ || shown_.size() == 0 || course.rows() < 1 || course.cols() != aus) return;
   const Values before = shown_[0].x;
   has_target_ = true;
+  is_neutral_ = false;
   target_ = target;
   course_ = std::move(course);
   for (Index au = 0; au < aus; ++au) course_start_[static_cast<std::size_t>(au)] = request.past(kPastFrames - 1, au);
@@ -316,6 +342,7 @@ ShownFace::Values ShownFace::target_source(std::int64_t time_ns) const noexcept 
 void ShownFace::release() noexcept {
   if (!has_target_) return;
   has_target_ = false;
+  is_neutral_ = false;  // what is left of the target has to fade
   change_source(shown_ns_, shown_[0].x, live_source(shown_ns_), target_.return_s);
 }
 

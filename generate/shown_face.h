@@ -67,6 +67,10 @@ class ShownFace {
   void end() noexcept { has_ended_ = has_solved_; }
   bool has_ended() const noexcept { return has_ended_; }
 
+  /// Time has come to `silence_ns` after the last frame: for requests, also where the face has gone neutral and pass()
+  /// has shown nothing since.
+  void note_time(std::int64_t silence_ns) noexcept;
+
   /// Whether there is a face that can go somewhere.
   bool has_face() const noexcept { return has_solved_; }
   /// Whether pass() has something to show while no frames come.
@@ -94,6 +98,7 @@ class ShownFace {
    public:
     void add(std::int64_t time_ns, const Values& x) noexcept;
     void clear() noexcept { next_ = count_ = 0; }
+    void set_back(std::int64_t ns) noexcept;
     std::size_t size() const noexcept { return count_; }
     const Moment& operator[](std::size_t back) const noexcept {
       return moments_[(next_ + moments_.size() - 1 - back) % moments_.size()];
@@ -105,6 +110,7 @@ class ShownFace {
   };
 
   void reset() noexcept;
+  void set_back(std::int64_t ns) noexcept;
   bool is_due(std::int64_t time_ns) noexcept;
   void show(std::int64_t time_ns, ShownFrame& out) noexcept;
   /// What would be shown without target and offset: the last solved frame, or its bridge.

@@ -220,6 +220,49 @@ TEST_F(Target, ContinuesWhileNoFramesCome) {
   EXPECT_EQ(shown.out.origin, ShownOrigin::kTarget);
 }
 
+TEST_F(Target, AskedOfAFaceThatHasFadedGoesThereAndFadesAgain) {
+  shown.talk_until(0, 0.3);
+  std::int64_t ms = 1;
+  while (shown.face.pass(ms * kMs, shown.out)) ++ms;
+  ASSERT_NEAR(shown.first(), 0, 1e-6);
+  ms += 3000;  // in which nothing is shown
+  shown.face.note_time(ms * kMs);
+  const std::int64_t asked_ms = ms;
+  go(1, 0.5, 0.4);
+  double before = 0, highest = 0;
+  for (++ms; shown.face.pass(ms * kMs, shown.out); ++ms) {
+    ASSERT_LT(ms, asked_ms + 5000) << "it ends";
+    EXPECT_LT(std::abs(shown.first() - before), 0.01) << ms;
+    before = shown.first();
+    highest = std::max(highest, before);
+    if (ms == asked_ms + 1000) {
+      EXPECT_NEAR(shown.first(), 1, 1e-3);
+    }
+  }
+  EXPECT_NEAR(highest, 1, 1e-5);
+  EXPECT_NEAR(shown.first(), 0, 1e-6) << "neutral again, not left on the target";
+  EXPECT_GE(ms, asked_ms + 1900) << "there, held, and back";
+  EXPECT_FALSE(shown.face.is_showing());
+}
+
+TEST_F(Target, ThatOutlivesTheSourceFadesAndSoDoesOneThatIsReleased) {
+  for (const bool is_released : {false, true}) {
+    shown = Shown();
+    shown.talk_until(0, 0.3);
+    go(0.5, is_released ? 100 : 3, 0.4);
+    double before = 0.3;
+    std::int64_t ms = 1;
+    for (; shown.face.pass(ms * kMs, shown.out); ++ms) {
+      ASSERT_LT(ms, 10'000);
+      EXPECT_LT(std::abs(shown.first() - before), 0.02) << ms;
+      before = shown.first();
+      if (is_released && ms == 4000) shown.face.release();
+    }
+    EXPECT_GE(ms, 3900);
+    EXPECT_NEAR(shown.first(), 0, 1e-6);
+  }
+}
+
 TEST_F(Target, IsReleasedAtOnceWithoutAStep) {
   shown.talk_until(0, 0.3);
   go(0.2, 10, 0.3);
@@ -287,6 +330,23 @@ TEST(ShownFace, AClockThatGoesBackIsRejoinedWithoutAStep) {
   ASSERT_TRUE(shown.face.process(frame_at(2000 * kMs, 0.9), shown.out));
   EXPECT_EQ(shown.out.origin, ShownOrigin::kSolved);
   EXPECT_FLOAT_EQ(static_cast<float>(shown.first()), 0.9F);
+}
+
+TEST(ShownFace, ASourceThatStoodStillIsRejoinedWithoutAStep) {
+  for (const std::int64_t silence_ms : {300, 1500, 5000}) {
+    Shown shown;
+    shown.talk_until(1000 * kMs, 0.9);
+    for (std::int64_t ms = 1; ms <= silence_ms; ++ms) shown.face.pass(ms * kMs, shown.out);
+    double before = shown.first();
+    // Its clock has gone on for 10 ms only.
+    for (std::int64_t ms = 1010; ms < 2000; ++ms) {
+      ASSERT_TRUE(shown.face.process(frame_at(ms * kMs, 0.9), shown.out));
+      EXPECT_LT(std::abs(shown.first() - before), 0.02) << silence_ms << ": " << ms;
+      before = shown.first();
+    }
+    EXPECT_EQ(shown.out.origin, ShownOrigin::kSolved);
+    EXPECT_FLOAT_EQ(static_cast<float>(shown.first()), 0.9F);
+  }
 }
 
 TEST(ShownFace, ATakeThatEndedFadesAndTheNextOneIsRejoinedWhateverItsClock) {

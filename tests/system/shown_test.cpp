@@ -127,6 +127,20 @@ TEST(Shown, IsContinuousThroughADropOutThatTheMeasuredAusShow) {
   EXPECT_LT(shown.at("predicted"), shown.at("messages"));
 }
 
+TEST(Shown, FadesToNeutralWhereTheStreamEnds) {
+  TemporaryFolder folder;
+  RunningDaemon daemon(folder.path(), kFace, "[shown]\nbridge_s = 0.1\nfade_s = 0.3\n", Recording::kOff);
+  ASSERT_TRUE(daemon.up()) << daemon.process().output();
+  Listener listener(daemon.publish());
+  const auto played = run({program("risorius").string(), "replay", "builtin:2", "--to", daemon.input("face")});
+  ASSERT_EQ(played.exit_code, 0) << played.output;
+  ASSERT_TRUE(listener.listen_until([](const auto& m) { return has_origin(m, "fade"); }));
+  ASSERT_TRUE(listener.listen_until([](const auto& m) {
+    return std::ranges::all_of(m.at("au"),
+                               [](const auto& x) { return x.is_null() || x.template get<double>() < 0.01; });
+  }));
+}
+
 TEST(Shown, GoesToATargetAndComesBack) {
   TemporaryFolder folder;
   RunningDaemon daemon(folder.path(), kFace, "", Recording::kOff);
