@@ -39,6 +39,7 @@ void make_page(const StudyArguments& arguments) {
   std::vector<std::filesystem::path> inputs(arguments.series.begin(), arguments.series.end());
   inputs.emplace_back(arguments.seed_weights);
   check_outputs(inputs, {arguments.output});
+  check_output_name(arguments.output, "a page", {".html", ".htm"});
   StudyOptions options{.pairs = arguments.pairs, .seed = arguments.seed, .own_lids = arguments.own_lids};
   std::optional<Safetensors> weights;
   if (!arguments.seed_weights.empty()) {
@@ -71,6 +72,7 @@ void score(const StudyArguments& arguments) {
     throw UserError(arguments.series.front(), "is an AU series beside --score",
                     "name the answers behind --score, and make pages without it");
   const std::vector<std::filesystem::path> files(arguments.answers.begin(), arguments.answers.end());
+  if (!arguments.output.empty()) check_output_name(arguments.output, "a figure", {".png"});
   check_outputs(files, {arguments.output});
   const std::vector<StudyAnswer> answers = load_study_answers(files);
   const std::vector<ComparisonScore> scores = score_study(answers);

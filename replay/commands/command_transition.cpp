@@ -83,8 +83,8 @@ void generate(const TransitionArguments& arguments) {
   std::vector<std::filesystem::path> outputs{picture};
   for (std::int64_t variant = 0; variant < arguments.variants; ++variant)
     outputs.push_back(variant_path(arguments, variant));
-  check_outputs({arguments.from, arguments.to}, outputs);
   check_output_name(arguments.output, "an AU series", {".csv"});
+  check_outputs({arguments.from, arguments.to}, outputs);
   const TransitionEnds ends = transition_ends(
       arguments.from, arguments.to, rig_of_argument(arguments.rig).au_names(),
       {.rate_hz = arguments.rate_hz,
@@ -115,8 +115,10 @@ void generate(const TransitionArguments& arguments) {
     write_course(path, ends, courses[static_cast<std::size_t>(variant)].rows, arguments.rate_hz);
     fmt::print("written: {}\n", path.string());
   }
-  const std::string title = fmt::format("{} to {}: {} frames at {:g} Hz, {}", arguments.from, arguments.to,
-                                        request.frames, arguments.rate_hz, arguments.model);
+  const auto name_of = [](const std::string& end) { return std::filesystem::path(end).filename().string(); };
+  const std::string title =
+      fmt::format("{} to {}: {} frame{} at {:g} Hz, {}", name_of(arguments.from), name_of(arguments.to), request.frames,
+                  request.frames == 1 ? "" : "s", arguments.rate_hz, arguments.model);
   transition_picture(title, ends.names, ends.past, courses, arguments.rate_hz).save_png(picture);
   fmt::print("written: {}\n", picture.string());
 }
@@ -132,7 +134,7 @@ void add_transition_command(CLI::App& app) {
   command
       ->add_option("--frames", arguments->frames,
                    "that are made; the last one is the target. \"auto\": as many as a face takes")
-      ->check(number_or_auto(1, 100000))
+      ->check(count_or_auto(100000))
       ->capture_default_str();
   command->add_option("--rate", arguments->rate_hz, "frames per second")
       ->check(number_between(1, 2000))

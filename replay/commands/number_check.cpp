@@ -32,6 +32,18 @@ CLI::Validator number_or_auto(double least, double most) {
           range + " or auto", "number_or_auto"};
 }
 
+CLI::Validator count_or_auto(std::uint64_t most) {
+  const std::string range = fmt::format("1 to {}", most);
+  return {[=](const std::string& text) -> std::string {
+            const auto value = number_unless_auto(text);
+            const bool is_count = value && *value >= 1 && *value <= static_cast<double>(most) &&
+                                  text.find_first_not_of("0123456789") == std::string::npos;
+            if (text == kAuto || is_count) return {};
+            return fmt::format("\"{}\" is neither \"auto\" nor a whole number from {}", shown(text), range);
+          },
+          range + " or auto", "count_or_auto"};
+}
+
 std::optional<double> number_unless_auto(const std::string& text) {
   return text == kAuto ? std::nullopt : parse_double(text);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -11,6 +12,8 @@ namespace risorius {
 CLI::Validator number_between(double least, double most);
 /// Of a text that may also be "auto"; number_unless_auto() reads it.
 CLI::Validator number_or_auto(double least, double most);
+/// The same of a whole number from 1.
+CLI::Validator count_or_auto(std::uint64_t most);
 /// Nothing for "auto".
 std::optional<double> number_unless_auto(const std::string& text);
 

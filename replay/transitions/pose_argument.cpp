@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fmt/format.h>
 #include <optional>
+#include <set>
 
 #include "capture/errors.h"
 #include "replay/performer/expression_vector.h"
@@ -17,6 +18,7 @@ namespace {
 using Eigen::Index;
 
 constexpr double kMostIntensityKept = 1.2;
+constexpr double kLeastNoted = 0.02;
 
 /// One end: a series up to or from a frame, or an expression.
 struct End {
@@ -120,6 +122,20 @@ AuMatrix past_of(const End& start, const std::vector<std::string>& names, const 
   return past;
 }
 
+/// What the target's file moves and the start's has no column for.
+void note_left_out(const End& end, const std::vector<std::string>& names, std::vector<std::string>& notes) {
+  std::set<std::size_t> taken;
+  for (const std::string& name : names) {
+    for (const std::size_t column : columns_for(end.series->names, name)) taken.insert(column);
+  }
+  std::string left_out;
+  for (std::size_t column = 0; column < end.series->names.size(); ++column) {
+    if (!taken.contains(column) && end.series->intensities[end.row][column] > kLeastNoted)
+      left_out += " " + end.series->names[column];
+  }
+  if (!left_out.empty()) notes.push_back(end.argument + " wants" + left_out + ", for which there is no column");
+}
+
 /// A target of which nothing is an AU of the start would be a face at rest.
 void require_common(const End& end, const std::vector<std::string>& names, const std::string& start) {
   for (const std::string& name : names) {
@@ -137,7 +153,11 @@ TransitionEnds transition_ends(const std::string& from, const std::string& to,
   TransitionEnds ends;
   for (const End* one : {&start, &end}) ends.notes.insert(ends.notes.end(), one->warnings.begin(), one->warnings.end());
   ends.names = start.series ? start.series->names : end.series ? end.series->names : default_names;
-  if (end.series) require_common(end, ends.names, from);
+  if (end.series) {
+    require_common(end, ends.names, from);
+    note_left_out(end, ends.names, ends.notes);
+  }
+  if (!start.series && options.from_rate_hz) ends.notes.push_back(from + " is one pose: its rate means nothing");
   if (start.series) {
     ends.past = past_of(start, ends.names, options, ends.notes);
     if (!start.rate_hz && start.row > 0) {

@@ -1,9 +1,12 @@
 #include "replay/transitions/transition_picture.h"
 
 #include <algorithm>
+#include <fmt/format.h>
 #include <numeric>
 #include <stdexcept>
+#include <tuple>
 
+#include "generate/au_kind.h"
 #include "replay/picture/plot.h"
 
 namespace risorius {
@@ -12,26 +15,41 @@ namespace {
 using Eigen::Index;
 
 constexpr int kPanelWidth = 560, kPanelHeight = 240, kTitle = 34, kLegendRow = 20;
-constexpr double kTextSize = 12, kSample = 22, kMargin = 12;
+constexpr double kTitleSize = 15, kTextSize = 12, kSample = 22, kMargin = 12;
 constexpr Colour kInk{0.15, 0.15, 0.18}, kStart{0.5, 0.5, 0.55, 0.6};
 
-/// AUs in order of their range over all courses, the largest first.
-std::vector<Index> by_range(const AuMatrix& past, const std::vector<TransitionCourse>& courses) {
-  std::vector<Index> order(static_cast<std::size_t>(past.cols()));
-  std::iota(order.begin(), order.end(), 0);
-  std::vector<float> range(order.size(), 0);
-  for (const Index au : order) {
-    float low = past(past.rows() - 1, au), high = low;
-    for (const TransitionCourse& course : courses) {
-      low = std::min(low, course.rows.col(au).minCoeff());
-      high = std::max(high, course.rows.col(au).maxCoeff());
-    }
-    range[static_cast<std::size_t>(au)] = high - low;
+float range_of(Index au, const AuMatrix& past, const std::vector<TransitionCourse>& courses) {
+  float low = past(past.rows() - 1, au), high = low;
+  for (const TransitionCourse& course : courses) {
+    low = std::min(low, course.rows.col(au).minCoeff());
+    high = std::max(high, course.rows.col(au).maxCoeff());
   }
-  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) {
-    return range[static_cast<std::size_t>(a)] > range[static_cast<std::size_t>(b)];
-  });
+  return high - low;
+}
+
+/// AUs in order of their range over all courses, the largest first; both sides together, in the order of `names`.
+std::vector<Index> by_range(const std::vector<std::string>& names, const AuMatrix& past,
+                            const std::vector<TransitionCourse>& courses) {
+  const std::vector<std::size_t> others = other_sides(names);
+  std::vector<float> range;
+  for (std::size_t au = 0; au < names.size(); ++au) {
+    range.push_back(std::max(range_of(static_cast<Index>(au), past, courses),
+                             range_of(static_cast<Index>(others[au]), past, courses)));
+  }
+  std::vector<Index> order(names.size());
+  std::iota(order.begin(), order.end(), 0);
+  const auto key = [&](Index au) {
+    const auto i = static_cast<std::size_t>(au);
+    return std::tuple(-range[i], std::min(i, others[i]), i);
+  };
+  std::sort(order.begin(), order.end(), [&](Index a, Index b) { return key(a) < key(b); });
   return order;
+}
+
+/// So large that it fits.
+void draw_title(Canvas& canvas, const std::string& title, double width) {
+  const double length = canvas.text_width(title, kTitleSize), room = width - 2 * kMargin;
+  canvas.text({kMargin, 22}, title, kTitleSize * std::min(1.0, room / length), kInk);
 }
 
 Colour colour_of(const std::vector<TransitionCourse>& courses, std::size_t c) {
@@ -72,14 +90,16 @@ Canvas transition_picture(const std::string& title, const std::vector<std::strin
                       return course.rows.cols() == aus && course.rows.rows() > 0;
                     });
   if (!fits || most_panels < 1) throw std::invalid_argument("transition_picture: sizes that do not fit");
-  std::vector<Index> order = by_range(past, courses);
+  std::vector<Index> order = by_range(names, past, courses);
   order.resize(std::min(order.size(), most_panels));
+  const std::string left_out =
+      order.size() < names.size() ? fmt::format("; the {} AUs of {} that move most", order.size(), names.size()) : "";
   const int columns = order.size() > 1 ? 2 : 1;
   const int rows = (static_cast<int>(order.size()) + columns - 1) / columns;
   const std::vector<PicturePoint> places = legend_places(courses, columns * kPanelWidth);
   const int head = static_cast<int>(places.back().y) + kLegendRow;
   Canvas canvas(columns * kPanelWidth, head + rows * kPanelHeight);
-  canvas.text({kMargin, 22}, title, 15, kInk);
+  draw_title(canvas, title + left_out, columns * kPanelWidth);
   draw_legend(canvas, courses, places);
   for (std::size_t panel = 0; panel < order.size(); ++panel) {
     const Index au = order[panel];

@@ -64,6 +64,7 @@ TEST(Tool, MakesATransitionOfTwoPosesInOneCall) {
        {std::vector<std::string>{"--from", "furious", "--to", "happy"},
         {"--from", "neutral", "--to", "happy", "--frames", "auto", "--model", "linear"},
         {"--from", "neutral", "--to", "happy", "--frames", "some"},
+        {"--from", "neutral", "--to", "happy", "--frames", "12.5"},
         {"--from", "neutral", "--to", "happy", "--model", "magic"},
         {"--from", "neutral", "--to", "happy", "--frames", "0"},
         {"--from", "neutral", "--to", "happy", "--model", "linear", "--variants", "2"}}) {

@@ -104,6 +104,14 @@ TEST_F(Ends, ShapesAreReadAsAus) {
   EXPECT_GT(transition_ends(aus, shapes, kDefaults).target[0], 0.3F) << "onto the AUs of the start";
 }
 
+TEST_F(Ends, WhatTheTargetWantsAndTheStartDoesNotHaveIsSaid) {
+  const std::string from = write("from.csv", "Frame,AU12L\n0,0.1\n");
+  const std::string to = write("to.csv", "Frame,AU12L,AU6L,AU4L\n0,0.6,0.7,0\n");
+  const TransitionEnds ends = transition_ends(from, to, kDefaults);
+  ASSERT_EQ(ends.notes.size(), 1u);
+  EXPECT_NE(ends.notes[0].find("to.csv wants AU6L, for which there is no column"), std::string::npos) << ends.notes[0];
+}
+
 TEST_F(Ends, ATargetOfOtherChannelsIsRefused) {
   const std::string from = write("from.csv", "Frame,AU12L,AU12R\n0,0.1,0.2\n");
   const std::string to = write("to.csv", "Frame,smile\n0,0.7\n");
