@@ -12,7 +12,9 @@ constexpr float kFadeS = 0.25F;           ///< the longest tau
 constexpr float kLeastFadeS = 1.0F / 30;  ///< a motion is not stopped at once
 constexpr float kMostVelocity = 24;       ///< per second; beyond, it is a defect
 constexpr float kMostWay = 0.5F;          ///< what a velocity may cover
-constexpr float kBeyond = 0.05F;          ///< by so much it may pass the target, and the bounds that cut it
+constexpr float kBeyondTarget = 0.05F;    ///< by so much it may pass the target
+/// The same of a velocity that leads away from the target, which the face is going to turn.
+constexpr float kFadeAwayS = 0.15F, kMostWayAway = 0.2F;
 constexpr float kMostByAcceleration = 0.04F, kMostByJerk = 0.01F;
 constexpr float kMostIntensity = 1.2F;
 /// A movement that brakes comes to rest after v / a; faded meanwhile, a little later.
@@ -51,9 +53,11 @@ struct FadeRange {
 /// How soon the velocity is faded: before it passes the target, a bound, or what any velocity may cover.
 float velocity_fade(float velocity, float start, float change, const FadeRange& range) noexcept {
   const float speed = std::abs(velocity);
-  float most = std::min(kMostWay, (velocity > 0 ? kMostIntensity - start : start) + kBeyond);
-  if (velocity * change > 0) most = std::min(most, std::abs(change) + kBeyond);
-  return range.clamp(std::min(range.longest, most / (kVelocityCovers * std::max(speed, 1e-6F))));
+  const float room = velocity > 0 ? kMostIntensity - start : start;
+  const bool leads_there = velocity * change > 0;
+  const float most = std::min(room, leads_there ? std::min(kMostWay, std::abs(change) + kBeyondTarget) : kMostWayAway);
+  const float longest = leads_there ? range.longest : std::min(range.longest, kFadeAwayS);
+  return range.clamp(std::min(longest, most / (kVelocityCovers * std::max(speed, 1e-6F))));
 }
 
 struct FadedTerm {

@@ -11,6 +11,8 @@ namespace {
 
 constexpr double kPastStepS = 0.02;
 constexpr float kAnnouncedS = 0.25F;  ///< a velocity is told as the way that it makes until then
+/// Of the corpora. Of a face with few columns, a mean over these would be larger than any face's.
+constexpr float kUsualAus = 41;
 constexpr float kShareOfLargest = 0.2F, kLeastScale = 0.02F;
 
 }  // namespace
@@ -60,7 +62,7 @@ void TransitionFeatureMaker::make(const TransitionRequest& request, TransitionFe
   make_transition_base(request, features.base);
   const TransitionBase& base = features.base;
   const Eigen::VectorXf ways = base.change.cwiseAbs();
-  const float largest = ways.maxCoeff(), mean = ways.mean();
+  const float largest = ways.maxCoeff(), together = ways.sum() / kUsualAus;
   features.scale =
       (ways.array().square() + kShareOfLargest * kShareOfLargest * largest * largest + kLeastScale * kLeastScale)
           .sqrt();
@@ -77,14 +79,14 @@ void TransitionFeatureMaker::make(const TransitionRequest& request, TransitionFe
     const auto kind = static_cast<std::size_t>(kinds_[static_cast<std::size_t>(k)]);
     auto row = features.fixed.row(k);
     row.head(9) << base.change(k) / features.scale(k), ways(k), base.start(k), request.target(k), std::log(seconds),
-        largest, 10 * mean, std::clamp(base.velocity_per_s(k) * announced_s / features.scale(k), -3.0F, 3.0F),
+        largest, 10 * together, std::clamp(base.velocity_per_s(k) * announced_s / features.scale(k), -3.0F, 3.0F),
         base.change(other) / features.scale(other);
     if (kind < kAuKinds) row(9 + static_cast<Eigen::Index>(kind)) = 1;
     for (std::size_t i = 0; i < kAuKinds; ++i) row(14 + static_cast<Eigen::Index>(i)) = of_kind[i];
   }
   features.whole.resize(kTransitionWholeWidth);
-  features.whole << largest, 10 * mean, base.velocity_per_s.cwiseAbs().maxCoeff(), of_kind[0], of_kind[1], of_kind[2],
-      of_kind[3], of_kind[4], static_cast<float>((ways.array() > 0.1F).count()) / 10;
+  features.whole << largest, 10 * together, base.velocity_per_s.cwiseAbs().maxCoeff(), of_kind[0], of_kind[1],
+      of_kind[2], of_kind[3], of_kind[4], static_cast<float>((ways.array() > 0.1F).count()) / 10;
   make_past(request, features);
 }
 

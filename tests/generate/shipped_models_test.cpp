@@ -54,6 +54,21 @@ TEST(ShippedModels, TheGeneratorSmilesOnceAndCalmly) {
   EXPECT_LT(course.col(5).maxCoeff(), 0.15F);
 }
 
+TEST(ShippedModels, AFaceOfFewColumnsGoesStraightThereToo) {
+  for (const std::vector<std::string>& names :
+       {std::vector<std::string>{"AU12L"}, {"AU12L", "AU12R"}, {"AU1", "AU12L", "AU12R", "AU27"}}) {
+    const auto generator = shipped_expression_generator(names);
+    const auto width = static_cast<Eigen::Index>(names.size());
+    TransitionRequest request{.past = AuMatrix::Constant(1, width, 0.5F), .rate_hz = 120};
+    request.target = Eigen::VectorXf::Constant(width, 0.9F);
+    request.frames = 120;
+    AuMatrix course;
+    generator->generate(request, course);
+    EXPECT_GT(course.minCoeff(), 0.45F) << width << " columns";
+    EXPECT_LT(course.maxCoeff(), 1.0F) << width << " columns";
+  }
+}
+
 TEST(ShippedModels, ALargeExpressionIsExpectedToTakeLongerThanASmallOne) {
   const auto generator = shipped_expression_generator(kNames);
   TransitionRequest small = smile(), large = smile();
