@@ -14,7 +14,7 @@ constexpr double kMostIntensityAsked = 1.2;
 
 /// JSON itself has no NaN, and would say null.
 std::string shown_number(const nlohmann::json& value) {
-  if (value.is_number()) return fmt::format("{:g}", value.get<double>());
+  if (value.is_number()) return fmt::format("{}", value.get<double>());
   return shown(value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
 }
 

@@ -50,7 +50,7 @@ nlohmann::json Service::capture_neutral(const nlohmann::json& request) {
   expect_only(request, true, true);
   const double seconds = request.value("seconds", 1.0);
   if (!(seconds > 0 && seconds <= kLongestNeutralSeconds)) {
-    throw UserError("seconds", fmt::format("{:g} is out of range", seconds), "give more than 0 and at most 60");
+    throw UserError("seconds", fmt::format("{} is out of range", seconds), "give more than 0 and at most 60");
   }
   StreamInput& input = inputs_[stream_of(request)];
   if (!input.admit_neutral_capture(static_cast<std::int64_t>(seconds * 1e9))) {

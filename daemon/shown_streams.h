@@ -1,6 +1,7 @@
 // The topic `shown`: what an avatar is shown of each stream (generate/shown_face.h), beside what was measured. Off the
 // live path: fed by the publisher thread with what it has published, and with time while a stream is silent. Targets
-// come from the I/O thread; their courses are made on a thread of their own, since a network takes its time.
+// come from the I/O thread; their courses are made on a thread of their own, since a network takes its time;
+// how long one is to last takes 0.3 ms and is told at once.
 #pragma once
 
 #include <atomic>
@@ -59,7 +60,7 @@ class ShownStreams {
     std::int64_t arrived_ns = 0;  ///< the last frame, CLOCK_MONOTONIC
     std::atomic<bool> is_silent{false}, has_ended{false}, is_preparing{false};
     bool is_called_off = false;              ///< the target that is being prepared; under the mutex
-    std::unique_ptr<TransitionModel> model;  ///< of the thread that prepares
+    std::unique_ptr<TransitionModel> model;  ///< of the thread that prepares; while none does, of the I/O thread
     Counter messages, predicted, targets;
     std::jthread preparing;  ///< last: it ends first
   };

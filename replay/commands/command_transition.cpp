@@ -84,7 +84,7 @@ void generate(const TransitionArguments& arguments) {
   for (std::int64_t variant = 0; variant < arguments.variants; ++variant)
     outputs.push_back(variant_path(arguments, variant));
   check_output_name(arguments.output, "an AU series", {".csv"});
-  check_outputs({arguments.from, arguments.to}, outputs);
+  check_outputs({file_of_end(arguments.from), file_of_end(arguments.to)}, outputs);
   const TransitionEnds ends = transition_ends(
       arguments.from, arguments.to, rig_of_argument(arguments.rig).au_names(),
       {.rate_hz = arguments.rate_hz,

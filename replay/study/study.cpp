@@ -59,10 +59,18 @@ Generators generators_for(const std::vector<std::string>& aus, const StudyOption
   return generators;
 }
 
+/// As a whole name: "alex_rom_3.csv" does not name "rom_3.csv".
+bool names_file(std::string_view text, std::string_view file) {
+  for (std::size_t at = text.find(file); at != std::string_view::npos; at = text.find(file, at + 1)) {
+    if (at == 0 || text[at - 1] == ' ' || text[at - 1] == '/') return true;
+  }
+  return false;
+}
+
 /// What a generator has learnt from says nothing of how it does with others.
 void note_trained_on(const AuRecording& recording, const StudyOptions& options, Study& study) {
   const auto note = [&](std::string_view generator, const std::string& trained_on) {
-    if (trained_on.find(recording.take + ".csv") == std::string::npos) return;
+    if (!names_file(trained_on, recording.take + ".csv")) return;
     add_note(fmt::format("{}: {} was trained on it, so its clips tell nothing of people whom it has never seen",
                          recording.take, generator),
              study);

@@ -24,8 +24,8 @@ struct FaceSeriesOptions {
   const ArkitTable* table = nullptr;  ///< the shipped one
 };
 
-/// Actions only, no consequences of others. Throws UserError (file, line, column, value, remedy): also for a series
-/// whose columns are shapes in part and AUs in part.
+/// Of shapes: actions only, no consequences of others. A series with an AU among its columns is one of AUs. Throws
+/// UserError (file, line, column, value, remedy), also for shapes of which no AU can be read, or one that stands twice.
 FaceSeries load_face_series(const std::filesystem::path& path, const FaceSeriesOptions& options = {});
 
 }  // namespace risorius

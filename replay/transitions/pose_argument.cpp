@@ -36,23 +36,21 @@ void load_series(const std::string& path, std::optional<double> rate_hz, End& en
   for (const std::string& warning : face.warnings) end.warnings.push_back(path + ": " + warning);
 }
 
-/// A series is a file that is there; "FILE:FRAME" one of its frames.
 End end_of_argument(const std::string& argument, bool is_start, std::optional<double> rate_hz = {}) {
   End end{argument, std::nullopt, 0, std::nullopt, {}};
-  if (std::filesystem::is_regular_file(argument)) {
-    load_series(argument, rate_hz, end);
-    end.row = is_start ? end.series->frames.size() - 1 : 0;
-    return end;
-  }
-  const std::size_t colon = argument.rfind(':');
-  const std::string path = argument.substr(0, colon);
-  if (colon == std::string::npos || !std::filesystem::is_regular_file(path)) {
-    if (path.ends_with(".csv"))
-      throw UserError(path, "is no file", "give an AU series, or an expression: " + expression_names());
+  const std::string path = file_of_end(argument);
+  if (path.empty()) {
+    const std::string name = argument.substr(0, argument.rfind(':'));
+    if (name.ends_with(".csv"))
+      throw UserError(name, "is no file", "give an AU series, or an expression: " + expression_names());
     return end;
   }
   load_series(path, rate_hz, end);
-  const std::string_view digits = std::string_view(argument).substr(colon + 1);
+  if (path == argument) {
+    end.row = is_start ? end.series->frames.size() - 1 : 0;
+    return end;
+  }
+  const std::string_view digits = std::string_view(argument).substr(path.size() + 1);
   std::uint64_t number = 0;
   const auto [last, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
   const auto& frames = end.series->frames;
@@ -146,6 +144,12 @@ void require_common(const End& end, const std::vector<std::string>& names, const
 }
 
 }  // namespace
+
+std::string file_of_end(const std::string& end) {
+  for (const std::string& path : {end, end.substr(0, end.rfind(':'))})
+    if (std::filesystem::is_regular_file(path)) return path;
+  return {};
+}
 
 TransitionEnds transition_ends(const std::string& from, const std::string& to,
                                const std::vector<std::string>& default_names, const TransitionEndOptions& options) {

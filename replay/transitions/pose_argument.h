@@ -23,6 +23,9 @@ struct TransitionEndOptions {
   Eigen::Index most_past_frames = 20;
 };
 
+/// The file of an end: "take.csv" of "take.csv" and of "take.csv:120"; empty for an expression.
+std::string file_of_end(const std::string& end);
+
 /// `default_names`: where neither end is a file. Throws UserError.
 TransitionEnds transition_ends(const std::string& from, const std::string& to,
                                const std::vector<std::string>& default_names, const TransitionEndOptions& options = {});

@@ -16,8 +16,8 @@ struct TransitionCourse {
   bool is_reference = false;  ///< drawn black and thick
 };
 
-/// At most `most_panels` AUs, those that move most in any course, two panels a row, both sides of one beside each other. Throws std::invalid_argument for
-/// sizes that do not fit.
+/// At most `most_panels` AUs, those that move most in any course, two panels a row, both sides of one after each other.
+/// Throws std::invalid_argument for sizes that do not fit.
 Canvas transition_picture(const std::string& title, const std::vector<std::string>& names, const AuMatrix& past,
                           const std::vector<TransitionCourse>& courses, double rate_hz, std::size_t most_panels = 8);
 

@@ -79,13 +79,65 @@ TEST(TransitionBase, AMovementThatStopsStaysWhereItStopped) {
   EXPECT_LT(farthest_back(base, 1, 1), 0.01F);
 }
 
-TEST(TransitionBase, AFastLidGoesOnAtItsPaceButNotFar) {
-  // 20 per second: a blink closes in 50 ms. Away from the target, it may go on for half of the range.
+/// w of the header.
+double fade(double s) { return s >= 1 ? 0 : 1 - s * s * s * (10 - s * (15 - 6 * s)); }
+
+/// p of the header, by Simpson's rule.
+double integrated(const TransitionBase& base, double t_s) {
+  constexpr int kSteps = 2000;
+  const auto slope = [&](double t) {
+    return base.velocity_per_s(0) * fade(t / base.velocity_fade_s(0)) +
+           base.acceleration_per_s2(0) * t * fade(t / base.acceleration_fade_s(0)) +
+           base.jerk_per_s3(0) * t * t / 2 * fade(t / base.jerk_fade_s(0));
+  };
+  double sum = slope(0) + slope(t_s);
+  for (int i = 1; i < kSteps; ++i) sum += (i % 2 == 1 ? 4 : 2) * slope(t_s * i / kSteps);
+  return sum * t_s / kSteps / 3;
+}
+
+TEST(TransitionBase, IsWhatItsHeaderSays) {
+  const auto cubic = [](double t) { return 0.4 + t * (0.5 + t * (-1.5 + t * 4)); };
+  const auto sine = [](double t) { return 0.5 + 0.2 * std::sin(11 * t + 0.7); };
+  for (const TransitionBase& base : {base_of(cubic), base_of(sine), base_of([](double t) { return 0.3 + 9 * t; })}) {
+    EXPECT_NEAR(base.covered(0), integrated(base, 1), 1e-4);
+    for (const float t : {0.004F, 0.02F, 0.07F, 0.2F, 0.5F, 0.9F}) {
+      const double m = minimum_jerk(t);
+      EXPECT_NEAR(value_at(base, t), base.start(0) + integrated(base, t) + m * (base.change(0) - integrated(base, 1)),
+                  1e-4)
+          << t;
+    }
+  }
+  EXPECT_GT(base_of(cubic).jerk_per_s3(0), 10) << "the third derivative is taken, too";
+}
+
+TEST(TransitionBase, AFastLidGoesOnAtItsPaceButTurnsSoon) {
+  // 20 per second: a blink closes in 50 ms. No movement is stopped in less than 1/30 s, in which it covers 20 / 60.
   const TransitionBase base = base_of([](double t) { return std::max(0.0, 0.6 + 20 * t); }, 0.2F);
   EXPECT_NEAR(base.velocity_per_s(0), 20, 0.5);
   EXPECT_NEAR(value_at(base, 0.005F) - base.start(0), 0.1F, 0.01F);
-  EXPECT_LT(base.covered(0), 0.5F + 0.1F);
-  EXPECT_GT(base.covered(0), 0.3F);
+  EXPECT_NEAR(base.covered(0), 20.0F / 60, 0.06F);
+}
+
+TEST(TransitionBase, HowFarAStartGoesOnDependsOnWhereItIsToGo) {
+  const auto covered = [](float start, float velocity, float target) {
+    return base_of([=](double t) { return start + velocity * t; }, target).covered(0);
+  };
+  EXPECT_NEAR(covered(0.2F, 1, 0.9F), 0.125F, 0.01F) << "a quarter of a second, fading";
+  EXPECT_NEAR(covered(0.2F, 4, 0.4F), 0.25F, 0.01F) << "a little beyond the target";
+  EXPECT_NEAR(covered(0.3F, 10, 1.1F), 0.5F, 0.01F) << "half of the range at most";
+  EXPECT_NEAR(covered(0.5F, 1, 0.2F), 0.075F, 0.01F) << "away from the target sooner";
+  EXPECT_NEAR(covered(0.5F, 6, 0.2F), 0.2F, 0.01F) << "and less far";
+  EXPECT_NEAR(covered(0.1F, -4, 0), -0.1F, 0.01F) << "not beyond a bound";
+  EXPECT_NEAR(covered(1.1F, 4, 1.2F), 0.1F, 0.01F) << "nor the other";
+}
+
+TEST(TransitionBase, ArrivesAtRestHoweverShortTheWay) {
+  for (const Eigen::Index frames : {3, 6, 12, 60}) {
+    const TransitionBase base = base_of([](double t) { return 0.3 + 3 * t; }, 0.6F, frames);
+    const float seconds = static_cast<float>(frames) / 120, step = 0.01F * seconds;
+    EXPECT_NEAR(value_at(base, seconds, seconds), 0.6F, 1e-5F) << frames;
+    EXPECT_NEAR((0.6F - value_at(base, seconds - step, seconds)) / step, 0, 0.05F) << frames;
+  }
 }
 
 TEST(TransitionBase, WhatBrakesIsNotCutAsWhatDrivesIs) {
@@ -98,14 +150,6 @@ TEST(TransitionBase, WhatBrakesIsNotCutAsWhatDrivesIs) {
   const TransitionBase drives = base_of([&](double t) { return 0.2 + velocity * t - braking / 2 * t * t; });
   EXPECT_LT(drives.acceleration_per_s2(0), -braking);
   EXPECT_LT(drives.covered(0), 0.5F + 0.1F);
-}
-
-TEST(TransitionBase, AWayShorterThanAnyFadeIsStillMet) {
-  for (const Eigen::Index frames : {1, 2, 5}) {
-    const TransitionBase base = base_of([](double t) { return 0.3 + 3 * t; }, 0.5F, frames);
-    const auto seconds = static_cast<float>(frames) / 120;
-    EXPECT_NEAR(value_at(base, seconds, seconds), 0.5F, 1e-5F) << frames;
-  }
 }
 
 TEST(TransitionBase, AShortPastGivesWhatItCan) {

@@ -60,6 +60,10 @@ TEST(Tool, MakesATransitionOfTwoPosesInOneCall) {
       run({tool, "transition", "--from", "neutral", "--to", "happy", "--frames", "auto", "-o", next.string()});
   EXPECT_EQ(timed.exit_code, 0) << timed.output;
   EXPECT_NE(timed.output.find("as long as a face is expected to take"), std::string::npos) << timed.output;
+  const auto onto_itself =
+      run({tool, "transition", "--from", smile.string() + ":3", "--to", "sad", "-o", smile.string()});
+  EXPECT_NE(onto_itself.exit_code, 0);
+  EXPECT_NE(onto_itself.output.find("is to be read and to be written"), std::string::npos) << onto_itself.output;
   for (const std::vector<std::string>& bad :
        {std::vector<std::string>{"--from", "furious", "--to", "happy"},
         {"--from", "neutral", "--to", "happy", "--frames", "auto", "--model", "linear"},

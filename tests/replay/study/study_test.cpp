@@ -60,6 +60,9 @@ TEST(Study, SaysWhichRecordingAGeneratorHasLearntFrom) {
   }
   ASSERT_EQ(told.size(), 2u);
   EXPECT_TRUE(told[0].starts_with("alex_rom_3: expression_generator was trained on it")) << told[0];
+  learnt.take = "rom_3";
+  for (const std::string& note : make_study(std::vector{learnt}, face(), {.pairs = 6}).notes)
+    EXPECT_EQ(note.find("was trained on it"), std::string::npos) << note;
   EXPECT_TRUE(told[1].starts_with("posing: the model of made was trained on it")) << told[1];
 }
 

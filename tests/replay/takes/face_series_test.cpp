@@ -4,6 +4,7 @@
 #include <fstream>
 #include <gtest/gtest.h>
 
+#include "capture/errors.h"
 #include "support/test_data.h"
 
 namespace risorius {
@@ -49,6 +50,20 @@ TEST_F(FaceSeriesFile, AnotherTableCounts) {
   for (ArkitAu& au : table.aus)
     if (au.au == "AU12L") au.read = {{{"jawOpen", 1.0}}};
   EXPECT_NEAR(value(load("Frame,jawOpen\n0,0.5\n", {.table = &table}), "AU12L"), 0.5, 0.2);
+}
+
+TEST_F(FaceSeriesFile, ShapesWithoutAnAuAndShapesThatStandTwiceAreRefused) {
+  const std::pair<const char*, const char*> wrong[] = {
+      {"Frame,mouthClose\n0,0.5\n", "line 1: no AU can be read from mouthClose"},
+      {"Frame,jawOpen,JawOpen\n0,0.5,0.5\n", "line 1: shape 'jawOpen' stands twice"}};
+  for (const auto& [text, problem] : wrong) {
+    try {
+      load(text);
+      ADD_FAILURE() << text;
+    } catch (const UserError& error) {
+      EXPECT_NE(std::string(error.what()).find(problem), std::string::npos) << error.what();
+    }
+  }
 }
 
 TEST_F(FaceSeriesFile, AShapeBesideAusStaysWhatItIs) {
