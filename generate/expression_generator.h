@@ -1,4 +1,4 @@
-// The default Expression-Generator: the curve of generate/transition_features.h, equation (1), whose residual comes
+// The default Expression-Generator: the curve of generate/transition_features.h, equation (2), whose residual comes
 // from one small network that all AUs share, so that it works for any set of AUs and knows nothing of one person's
 // face.
 //
