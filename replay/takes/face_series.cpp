@@ -6,6 +6,7 @@
 #include <set>
 
 #include "capture/errors.h"
+#include "replay/takes/au_column.h"
 #include "replay/takes/au_csv.h"
 #include "replay/takes/live_link_csv.h"
 
@@ -22,15 +23,7 @@ std::set<std::string, std::less<>> shapes_of(const ArkitTable& table) {
   return shapes;
 }
 
-/// "JawOpen" as ARKit writes it: "jawOpen".
-std::string arkit_name(std::string name) {
-  if (!name.empty() && name[0] >= 'A' && name[0] <= 'Z') name[0] = static_cast<char>(name[0] - 'A' + 'a');
-  return name;
-}
-
-bool is_au(const std::string& name) {
-  return name.size() > 2 && name.starts_with("AU") && name[2] >= '0' && name[2] <= '9';
-}
+bool is_au(const std::string& name) { return parse_au_column(name).number > 0; }
 
 /// In either spelling, each once.
 void expect_each_once(const std::filesystem::path& path, const std::vector<std::string>& names) {

@@ -92,12 +92,6 @@ std::optional<Clock> infer_clock(const std::vector<Timecode>& codes) {
   return best;
 }
 
-std::string arkit_name(const std::string& column) {
-  std::string name = column;
-  if (!name.empty()) name[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(name[0])));
-  return name;
-}
-
 bool is_rotation(const std::string& name) {
   return name.ends_with("Yaw") || name.ends_with("Pitch") || name.ends_with("Roll");
 }
@@ -149,6 +143,11 @@ void number_frames(const std::vector<Timecode>& codes, const Clock& clock, const
 }
 
 }  // namespace
+
+std::string arkit_name(std::string column) {
+  if (!column.empty()) column[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(column[0])));
+  return column;
+}
 
 bool is_live_link_csv(const std::filesystem::path& path) { return CsvFile(path).columns().front() == "Timecode"; }
 

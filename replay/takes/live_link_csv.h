@@ -27,6 +27,9 @@ struct LiveLinkTake {
   std::vector<std::string> warnings;
 };
 
+/// A shape's column as ARKit names it: "jawOpen" of "JawOpen".
+std::string arkit_name(std::string column);
+
 /// Whether the file's first column is `Timecode`. Throws UserError if the file cannot be read.
 bool is_live_link_csv(const std::filesystem::path& path);
 
